@@ -1,0 +1,282 @@
+"""Pseudo-arclength continuation on the discretised (12).
+
+The family is the residual of (12) with one closure (a rod's ratio, or beta0): a curve.
+Length along it is measured in the scalars only,
+
+    d(length)^2 = |d(A, alpha1/(1+beta0), asinh(lambda/pi^4), asinh(sigma))|^2,
+
+so that it depends neither on the mesh nor on the method nor on the phases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from . import closures
+from .closures import Closure
+from .cohesion import Affine, CohesiveLaw
+from .elastica import PI4, Scalars
+from .newton import Correction, Rows, correct, factorised
+from .phases import layout, without_empty_phases, without_thinnest_inner_phase
+from .transcription.base import Discretisation, Profile, Transcription
+
+#: Width of the bracket, in arclength, at which a fold counts as located.
+FOLD_WIDTH = 1e-11
+
+
+def _chart_function() -> ca.Function:
+    s = ca.SX.sym("s", 4)
+    scalars = Scalars(*ca.vertsplit(s))
+    chart = ca.vertcat(
+        scalars.A,
+        scalars.alpha1 / (1.0 + scalars.beta0),
+        ca.asinh(scalars.lam / PI4),
+        ca.asinh(scalars.sigma),
+    )
+    return ca.Function("chart", [s], [chart, ca.jacobian(chart, s)])
+
+
+_CHART = _chart_function()
+
+
+def chart(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates in which the length of a branch is measured, and their gradient."""
+    value, gradient = _CHART(scalars)
+    return value.full().ravel(), gradient.full()
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """One solution on a branch.
+
+    Parameters
+    ----------
+    problem : Discretisation
+    x : ndarray
+    tangent : ndarray
+        dx/d(length), oriented along the walk.
+    arclength : float
+        From the start of the walk.
+    iterations : int
+        Newton iterations it took.
+    """
+
+    problem: Discretisation
+    x: np.ndarray
+    tangent: np.ndarray
+    arclength: float
+    iterations: int
+
+    @property
+    def scalars(self) -> Scalars:
+        """A, m, sigma, lambda."""
+        return self.problem.scalars(self.x)
+
+    @property
+    def turn(self) -> Scalars:
+        """Derivatives of the four scalars along the branch."""
+        return self.problem.scalars(self.tangent)
+
+    @property
+    def pressure_rate(self) -> float:
+        """Derivative of P along the branch, up to a positive factor; zero at a fold in pressure."""
+        s, d = self.scalars, self.turn
+        # P - 1 = m A / sigma^3
+        return (d.m * s.A + s.m * d.A) * s.sigma - 3.0 * s.alpha1 * d.sigma
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The fields, sampled."""
+        return self.problem.profile(self.x)
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How far to step along a branch."""
+
+    first: float = 0.02
+    largest: float = 0.25  # a branch from T to contact is about 5 long: some 30 points
+    smallest: float = 1e-7
+    quick: int = 4  # a correction this quick lets the next step grow
+    turn: float = 0.85  # least cosine between successive directions
+
+
+@dataclass(frozen=True)
+class Family:
+    """A one-parameter family: a law, a transcription and one closure."""
+
+    law: CohesiveLaw
+    transcription: Transcription
+    closure: Closure
+
+    def solve(self, profile: Profile, other: Closure | Rows) -> tuple[Discretisation, Correction] | None:
+        """Correct from a profile; phases are cut anew until they fit the law. None on failure."""
+        if isinstance(other, Closure):
+            border = closures.rows(self.closure, other)
+        else:
+            border = _stacked(closures.rows(self.closure), other)
+        for _ in range(6):
+            fitted = without_empty_phases(profile) or profile
+            plan = layout(self.law, fitted)
+            fitted = fitted.rephased(plan.breaks)
+            problem = self.transcription.discretise(plan.phases)
+            result = correct(problem, problem.pack(fitted), border)
+            if not result.converged:
+                return None
+            profile = problem.profile(result.x)
+            if np.all(profile.lengths > 0) and layout(self.law, profile).phases == plan.phases:
+                return problem, result
+        return None
+
+    def point(
+        self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
+    ) -> Point:
+        """Return the solution ``x`` with its unit tangent, on the side of the direction ``forward``."""
+        _, jacobian = problem.linearised(x)
+        _, family = closures.rows(self.closure)(x[-4:])
+        _, gradient = chart(x[-4:])
+        border = np.vstack([family, forward @ gradient])
+        right = np.zeros(problem.size)
+        right[-1] = 1.0
+        tangent = factorised(jacobian, border)(right)
+        return Point(problem, x, tangent / np.linalg.norm(gradient @ tangent[-4:]), arclength, iterations)
+
+    def step(self, here: Point, ds: float) -> Point | None:
+        """Advance by ``ds`` along the tangent; None if the corrector fails."""
+        origin, gradient = chart(here.x[-4:])
+        direction = gradient @ here.tangent[-4:]
+
+        def plane(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            value, slope = chart(scalars)
+            return np.array([direction @ (value - origin) - ds]), (direction @ slope)[None, :]
+
+        guess = here.x + ds * here.tangent
+        border = _stacked(closures.rows(self.closure), plane)
+        problem = here.problem
+        result = correct(problem, guess, border)
+        if not result.converged:
+            return self._merge_step(here, plane, direction, ds)
+        profile = problem.profile(result.x)
+        if np.any(profile.lengths <= 0) or layout(self.law, profile).phases != problem.phases:
+            again = self.solve(profile, plane)
+            if again is None:
+                return None
+            problem, result = again
+        return self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+
+    def _merge_step(self, here: Point, plane: Rows, direction: np.ndarray, ds: float) -> Point | None:
+        """Step over the end of an inner phase.
+
+        The height grazes a kink there: the length of the phase goes to zero with a square
+        root, which no tangent follows, while the shape itself is smooth.
+        """
+        merged = without_thinnest_inner_phase(here.profile, here.problem.phases)
+        again = self.solve(merged, plane) if merged is not None else None
+        if again is None:
+            return None
+        problem, result = again
+        return self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+
+    def walk(self, start: Point, control: StepControl | None = None) -> Iterator[Point]:
+        """Yield points from ``start`` on, until the step falls below its floor."""
+        control = control or StepControl()
+        here, ds = start, control.first
+        yield here
+        while ds > control.smallest:
+            there = self.step(here, ds)
+            if there is None or self._cosine(here, there) < control.turn:
+                ds *= 0.5
+                continue
+            if there.iterations <= control.quick:
+                ds = min(1.6 * ds, control.largest)
+            here = there
+            yield here
+
+    @staticmethod
+    def _cosine(here: Point, there: Point) -> float:
+        a, b = (chart(p.x[-4:])[1] @ p.tangent[-4:] for p in (here, there))
+        return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
+
+    def land(self, here: Point, there: Point, other: Closure) -> tuple[Discretisation, Correction] | None:
+        """Solve between two neighbouring points for a closure that changes sign between them."""
+        value = closures.rows(other)
+        a, b = (float(value(p.x[-4:])[0][0]) for p in (here, there))
+        share = a / (a - b) if a != b else 0.5
+        span = there.arclength - here.arclength
+        middle = self.step(here, share * span)
+        candidates = [p for p in (middle, here, there) if p is not None]
+        for p in sorted(candidates, key=lambda p: abs(float(value(p.x[-4:])[0][0]))):
+            found = self.solve(p.profile, other)
+            if found is not None and self._between(here, there, found[1].x):
+                return found
+        return None
+
+    @staticmethod
+    def _between(here: Point, there: Point, x: np.ndarray) -> bool:
+        """Whether a solution lies where the two points say: no jump to another branch."""
+        a, b, c = (chart(v[-4:])[0] for v in (here.x, there.x, x))
+        return bool(np.linalg.norm(c - a) + np.linalg.norm(b - c) < 1.5 * np.linalg.norm(b - a) + 1e-6)
+
+    def turning_point(self, here: Point, there: Point, rate: Callable[[Point], float]) -> Point:
+        """Locate where ``rate`` vanishes between two neighbouring points.
+
+        Bracketed secant steps, each taken from the lower end of the bracket, so that every
+        point is reached by a short step along the branch.
+        """
+        low, high, shrink = here, there, 1.0
+        while (span := high.arclength - low.arclength) > FOLD_WIDTH and shrink > 1e-6:
+            share = rate(low) / (rate(low) - rate(high))
+            point = self.step(low, shrink * span * min(max(share, 0.05), 0.95))
+            if point is None:
+                shrink *= 0.5
+                continue
+            shrink = 1.0
+            if rate(point) * rate(low) > 0:
+                low = point
+            else:
+                high = point
+        return min(low, high, key=lambda p: abs(rate(p)))
+
+
+def _stacked(*parts: Rows) -> Rows:
+    def evaluate(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, gradients = zip(*(part(scalars) for part in parts), strict=True)
+        return np.concatenate(values), np.vstack(gradients)
+
+    return evaluate
+
+
+def transition(family: Family) -> Point:
+    """The start of a detached branch: T, where the mode (22) leaves the straight rod.
+
+    Walk from it with A > 0 for the detached side (p < T0).
+    """
+    from .elastica import kernel
+    from .transcription.base import PROFILE_POINTS, chebyshev
+
+    slope = family.law.initial_slope
+    lam = PI4 / slope - PI4
+    if family.closure.kind == "ratio":
+        sigma = ((lam + PI4) / family.closure.value) ** 0.25
+    else:
+        sigma = family.closure.value
+    zeta, _ = chebyshev(PROFILE_POINTS)
+    mode = kernel(zeta)
+    beta0 = sigma**3
+    K = np.gradient(mode["Theta"], zeta)  # a start only
+    values = np.stack([mode["Theta"], K, -beta0 * (mode["Y"] - mode["Y"][0]), mode["ny"], mode["Y"]], axis=-1)
+    profile = Profile(np.ones(1), values[None], Scalars(0.0, float(mode["m"]), sigma, lam))
+    # Only an affine law can be evaluated at amplitude zero itself.
+    small = 0.0 if isinstance(family.law.pieces[0].drop, Affine) else 1e-4
+    problem = family.transcription.discretise(family.law.pieces[:1])
+    result = correct(
+        problem,
+        problem.pack(replace(profile, scalars=Scalars(small, float(mode["m"]), sigma, lam))),
+        closures.rows(family.closure, Closure("amplitude", small)),
+    )
+    return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

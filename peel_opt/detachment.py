@@ -1,0 +1,273 @@
+"""The questions: pressure given length, length given pressure, and the paper's dual problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from .answer import Method, as_method
+from .checks import finite, non_negative, positive
+from .closures import Closure
+from .cohesion import COHESIVE, LINEAR, CohesiveLaw
+from .elastica import PI4
+from .errors import InvalidInput, PeelOptError
+from .question import Question, solve
+from .result import Equilibrium
+from .rod import Rod
+from .transcription.base import Transcription
+
+#: Labels a caller may ask for; "unfolded" means middle or lower.
+STATES = ("middle", "lower", "folded", "unfolded", "spurious")
+
+
+def pressure_given_length(
+    rod: Rod,
+    length: float,
+    *,
+    law: str | CohesiveLaw = "auto",
+    state: str | None = None,
+    near: float | Equilibrium | None = None,
+    method: str | Method | Transcription = "auto",
+    tol: float = 1e-8,
+    throw: bool = True,
+) -> Equilibrium:
+    """Pressure that holds a detached length in equilibrium.
+
+    Parameters
+    ----------
+    rod : Rod
+    length : float
+        Detached length sbar [m].
+    law : {"auto", "linear", "cohesive"} or CohesiveLaw
+        "auto" is law (8): reported as "linear" where the whole shape stays within y0 and
+        the two agree exactly.
+    state : {"unfolded", "middle", "lower", "folded"}, optional
+        Default: the unfolded state of lowest pressure.
+    near : float or Equilibrium, optional
+        Pick the state whose pressure [Pa] is nearest.
+    method : str, Method or Transcription
+        "auto", "shooting" or "spectral", or a configured object such as
+        ``Shooting(intervals=24, integrator="rk4")``, which is then used as it is.
+    tol : float
+        Largest error of p/T0, and largest certificate, of a certified answer.
+    throw : bool
+        If False, a failure comes back as an `Equilibrium` whose ``status`` and ``message`` tell.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    InvalidInput
+        If an argument cannot be meant.
+    NoEquilibrium
+        If no such state has this length; ``nearest`` is a length [m] that has one.
+    AmbiguousState
+        If several states fit and ``near`` is not given.
+    OutOfRange, NotConverged, NotCertified
+        If the answer is out of reach.
+
+    Examples
+    --------
+    >>> rod = Rod.from_ratio(1.0)
+    >>> round(pressure_given_length(rod, 3.036804006).pressure_ratio, 7)
+    0.5169541
+    """
+
+    def ask() -> Equilibrium:
+        sigma = rod.length_ratio(length)
+        question = Question(
+            asked="pressure_ratio",
+            given=(Closure("ratio", rod.ratio), Closure("length", sigma)),
+            target=Closure("length", sigma),
+            unit=rod.length,
+            words=f"length {length:.6g} m (sbar/eta = {sigma:.6g})",
+            state=_state(state),
+            near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
+        )
+        return solve(rod, _law(law), question, as_method(method), tol)
+
+    return _guarded(ask, rod, "pressure_ratio", tol, throw)
+
+
+def length_given_pressure(
+    rod: Rod,
+    pressure: float,
+    *,
+    law: str | CohesiveLaw = "auto",
+    state: str | None = None,
+    near: float | Equilibrium | None = None,
+    method: str | Method | Transcription = "auto",
+    tol: float = 1e-8,
+    throw: bool = True,
+) -> Equilibrium:
+    """Detached length that a pressure holds in equilibrium.
+
+    The length is free and closed by the Weierstrass-Erdmann condition theta'(sbar) = 0, (49).
+
+    Parameters
+    ----------
+    rod : Rod
+    pressure : float
+        p [Pa], between the minimum pressure of the rod and T0.
+    law, method, throw
+        As in `pressure_given_length`.
+    state : {"unfolded", "middle", "lower", "folded"}, optional
+        Default: the unfolded state, which is unique.
+    near : float or Equilibrium, optional
+        Pick the state whose length [m] is nearest.
+    tol : float
+        Largest error of sbar/eta, and largest certificate, of a certified answer.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    InvalidInput, NoEquilibrium, AmbiguousState, OutOfRange, NotConverged, NotCertified
+        As in `pressure_given_length`; ``nearest`` is a pressure [Pa].
+
+    Examples
+    --------
+    >>> round(length_given_pressure(Rod.from_ratio(1.0), 0.8).length_ratio, 9)
+    3.036804006
+    """
+
+    def ask() -> Equilibrium:
+        P = rod.pressure_ratio(pressure)
+        question = Question(
+            asked="length_ratio",
+            given=(Closure("ratio", rod.ratio), Closure("pressure", P)),
+            target=Closure("pressure", P),
+            unit=rod.pressure,
+            words=f"pressure {pressure:.6g} Pa (p/T0 = {P:.6g})",
+            state=_state(state),
+            near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
+        )
+        return solve(rod, _law(law), question, as_method(method), tol)
+
+    return _guarded(ask, rod, "length_ratio", tol, throw)
+
+
+def equilibrium(
+    *,
+    beta0: float,
+    lam: float | None = None,
+    beta1: float | None = None,
+    law: str | CohesiveLaw = "linear",
+    state: str | None = None,
+    near: float | Equilibrium | None = None,
+    method: str | Method | Transcription = "auto",
+    tol: float = 1e-8,
+    throw: bool = True,
+) -> Equilibrium:
+    """Solve the paper's dual problem: alpha1 at given (beta0, lambda) or (beta0, beta1).
+
+    Parameters
+    ----------
+    beta0 : float
+        (sbar/eta)^3 >= 0; at 0 only the linear law has a meaning.
+    lam, beta1 : float
+        One of them; beta1 = pi^4 + lam > 0.  Near T give ``lam``: beta1 has lost its digits.
+    law : {"linear", "cohesive", "auto"} or CohesiveLaw
+    state : {"unfolded", "middle", "lower", "folded", "spurious"}, optional
+        Labels are those of the rod r = beta1/beta0^(4/3); "spurious" is alpha1 > 0.
+        Default: the unfolded state of lowest pressure.
+    near : float or Equilibrium, optional
+        Pick the state whose alpha1 is nearest.
+    method, throw
+        As in `pressure_given_length`.
+    tol : float
+        Largest error of alpha1, and largest certificate, of a certified answer.
+
+    Returns
+    -------
+    Equilibrium
+        Without a rod: lengths in units of sbar, forces in k/sbar^2.
+
+    Raises
+    ------
+    InvalidInput, NoEquilibrium, AmbiguousState, OutOfRange, NotConverged, NotCertified
+        As in `pressure_given_length`; ``nearest`` is a value of lambda.
+
+    Examples
+    --------
+    >>> round(equilibrium(beta0=4, lam=1.0).alpha1, 8)
+    -4.43540699
+    """
+
+    def ask() -> Equilibrium:
+        b0 = non_negative("beta0", beta0)
+        shift = _lambda(lam, beta1)
+        sigma = math.cbrt(b0)
+        chosen = _law(law)
+        pair = (Closure("length", sigma), Closure("lam", shift))
+        if b0 == 0.0:
+            if chosen is not LINEAR:
+                raise InvalidInput(
+                    "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
+                )
+            target = Closure("lam", shift)
+        else:
+            target = Closure("length", sigma)
+        question = Question(
+            asked="alpha1",
+            given=pair,
+            target=target,
+            unit=float,
+            words=f"beta0 = {b0:.6g}, lambda = {shift:.6g}",
+            state=_state(state),
+            near=_near(near, lambda e: e.alpha1, partial(finite, "near")),
+        )
+        return solve(None, chosen, question, as_method(method), tol)
+
+    return _guarded(ask, None, "alpha1", tol, throw)
+
+
+def _law(law: str | CohesiveLaw) -> CohesiveLaw | None:
+    """Return the law to solve with; None for "auto"."""
+    if isinstance(law, CohesiveLaw):
+        return law
+    named = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
+    if law not in named:
+        raise InvalidInput(
+            f"unknown law {law!r}.", remedy=f"Choose one of {', '.join(named)} or pass a CohesiveLaw."
+        )
+    return named[law]
+
+
+def _state(state: str | None) -> str | None:
+    if state is not None and state not in STATES:
+        raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
+    return state
+
+
+def _lambda(lam: float | None, beta1: float | None) -> float:
+    if (lam is None) == (beta1 is None):
+        raise InvalidInput("give either lam or beta1, and not both.")
+    shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
+    if shift <= -PI4:
+        raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
+    return shift
+
+
+def _near(
+    near: float | Equilibrium | None, read: Callable[[Equilibrium], float], scale: Callable[[float], float]
+) -> float | None:
+    if near is None:
+        return None
+    return read(near) if isinstance(near, Equilibrium) else scale(near)
+
+
+def _guarded(
+    ask: Callable[[], Equilibrium], rod: Rod | None, asked: str, tol: float, throw: bool
+) -> Equilibrium:
+    try:
+        return ask()
+    except PeelOptError as error:
+        if throw:
+            raise
+        return Equilibrium.nothing(rod, asked, tol, error.status, str(error))

@@ -1,0 +1,217 @@
+"""The primary branch: the one that leaves T, walked once and remembered.
+
+No single solve from a guess finds every equilibrium, so each answer is reached along the
+branch it lies on.  A `PrimaryBranch` grows only as far as the questions asked of it need,
+and knows its folds, hence which part of it a state belongs to:
+
+* *middle* from T to the first fold in length that comes before the minimum pressure,
+* *lower* from there to the minimum pressure,
+* *folded* from there until the tip touches the plate.
+"""
+
+from __future__ import annotations
+
+import threading
+from bisect import insort
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from . import closures
+from .closures import Closure
+from .cohesion import COHESIVE, CohesiveLaw
+from .continuation import Family, Point, StepControl, transition
+from .errors import NotConverged
+from .transcription import Spectral
+from .transcription.base import Profile
+
+#: Transcription of the walk; answers are solved again by the method asked for.
+PATH = Spectral(nodes=16)
+
+#: A walk that is longer than this has no end worth waiting for.
+LONGEST = 400
+
+#: The states between T and the minimum pressure.
+UNFOLDED = ("middle", "lower")
+
+#: Rates that vanish at the folds of a branch, by the closure that is fixed along it.
+FOLDS: dict[str, dict[str, Callable[[Point], float]]] = {
+    "ratio": {"LP-pressure": lambda p: p.pressure_rate, "LP-length": lambda p: p.turn.sigma},
+    "length": {"LP-lambda": lambda p: p.turn.lam},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """A located fold."""
+
+    kind: str
+    point: Point
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A solution on the branch that answers a question, with its label."""
+
+    profile: Profile
+    state: str
+    arclength: float
+
+
+@dataclass(eq=False)
+class PrimaryBranch:
+    """The branch from T at one closure, growing on demand.
+
+    Parameters
+    ----------
+    family : Family
+        The law and the closure that stays fixed: a rod's ratio, or beta0 = 0.
+    side : {1, -1}
+        1 for the detached side p < T0; -1 for the spurious one beyond T.
+    """
+
+    family: Family
+    side: int = 1
+    points: list[Point] = field(default_factory=list)
+    folds: list[Fold] = field(default_factory=list)
+    ended: str = ""
+    _walk: Iterator[Point] | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def extend(self, enough: Callable[[Point], bool]) -> None:
+        """Walk on until ``enough`` is true of the last point, or the branch ends."""
+        with self._lock:
+            if self._walk is None:
+                self._walk = self._start()
+                self.points.append(next(self._walk))
+            while not self.ended and not enough(self.points[-1]):
+                self._advance()
+
+    def _start(self) -> Iterator[Point]:
+        start = first_point(self.family)
+        if self.side < 0:
+            start = self.family.point(
+                start.problem, start.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, start.iterations
+            )
+        return self.family.walk(start, StepControl())
+
+    def _advance(self) -> None:
+        here = self.points[-1]
+        assert self._walk is not None
+        there = next(self._walk, None)
+        if there is None or len(self.points) > LONGEST:
+            self.ended = "stalled" if there is None else "limit"
+            return
+        if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
+            # p = T0 again: by the first integral the tip is back on the plate.
+            landed = self.family.land(here, there, Closure("pressure", 1.0)) if self._is_rod else None
+            if landed is not None:
+                problem, result = landed
+                direction = np.array([1.0, 0.0, 0.0, 0.0])
+                there = self.family.point(problem, result.x, direction, there.arclength, result.iterations)
+            self.ended = "contact"
+        self._insert_folds(here, there)
+        self.points.append(there)
+
+    @property
+    def _is_rod(self) -> bool:
+        return self.family.closure.kind == "ratio"
+
+    def _insert_folds(self, here: Point, there: Point) -> None:
+        """Make every fold a point, so that p and sbar are monotone between neighbours."""
+        found = []
+        for kind, rate in FOLDS[self.family.closure.kind].items():
+            if rate(here) * rate(there) < 0:
+                found.append(Fold(kind, self.family.turning_point(here, there, rate)))
+        for fold in sorted(found, key=lambda f: f.point.arclength):
+            self.folds.append(fold)
+            insort(self.points, fold.point, key=lambda p: p.arclength)
+
+    def fold(self, kind: str) -> Fold | None:
+        """The first fold of a kind met so far."""
+        return next((f for f in self.folds if f.kind == kind), None)
+
+    def state_at(self, arclength: float) -> str:
+        """Label of a place on the branch that has been walked."""
+        if self.side < 0:
+            return "spurious"
+        if not self._is_rod:
+            return "lower"
+        minimum, bend = self.fold("LP-pressure"), self.fold("LP-length")
+        if minimum is not None and arclength > minimum.point.arclength:
+            return "folded"
+        if bend is not None and arclength > bend.point.arclength:
+            return "lower"
+        return "middle"
+
+    def candidates(self, given: Closure) -> list[Candidate]:
+        """All states that answer a question on the part walked so far, from T on."""
+        value = closures.rows(given)
+        residuals = [float(value(p.x[-4:])[0][0]) for p in self.points]
+        found = []
+        for (here, there), (a, b) in zip(pairwise(self.points), pairwise(residuals), strict=True):
+            if a == 0.0 and here.scalars.A != 0.0:
+                found.append(Candidate(here.profile, self.state_at(here.arclength), here.arclength))
+            elif a * b < 0.0:
+                landed = self.family.land(here, there, given)
+                if landed is None:
+                    raise NotConverged(
+                        f"lost the branch between two neighbouring points while looking for {given}.",
+                        remedy="Please report the rod and the question.",
+                    )
+                problem, result = landed
+                middle = 0.5 * (here.arclength + there.arclength)
+                found.append(Candidate(problem.profile(result.x), self.state_at(middle), middle))
+        return found
+
+
+def first_point(family: Family) -> Point:
+    """T, or for a law without slope at u = 0 a point near p = T0 reached by homotopy."""
+    if family.law.initial_slope > 0.0:
+        return transition(family)
+    return _by_homotopy(family)
+
+
+#: Where a law without a transition is entered, and how close to T0 its branch is walked back.
+ENTRY_PRESSURE, HIGHEST_PRESSURE = 0.8, 0.9995
+
+
+def _by_homotopy(family: Family) -> Point:
+    """Blend law (8) into the family's law at fixed pressure, then walk back towards T0."""
+    start = primary_branch(COHESIVE, family.closure)
+    start.extend(lambda p: p.scalars.pressure_ratio < ENTRY_PRESSURE)
+    given = Closure("pressure", ENTRY_PRESSURE)
+    profile = start.candidates(given)[0].profile
+    h, step = 0.0, 0.125
+    solved = None
+    while h < 1.0:
+        target = min(1.0, h + step)
+        law = family.law if target == 1.0 else COHESIVE.blend(family.law, target)
+        solved = Family(law, family.transcription, family.closure).solve(profile, given)
+        if solved is None:
+            step *= 0.5
+            if step < 1e-4:
+                raise NotConverged(
+                    f"the homotopy from law (8) to law {family.law.name!r} stalls at {h:.3g}.",
+                    remedy="Try a law with a slope at u = 0, or another ratio eta/y0.",
+                )
+            continue
+        h = target
+        profile = solved[0].profile(solved[1].x)
+    assert solved is not None
+    problem, result = solved
+    back = family.point(problem, result.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, 0)
+    first = back
+    for first in family.walk(back):
+        if first.scalars.pressure_ratio > HIGHEST_PRESSURE:
+            break
+    return Point(first.problem, first.x, -first.tangent, 0.0, first.iterations)
+
+
+@lru_cache(maxsize=256)
+def primary_branch(law: CohesiveLaw, closure: Closure, side: int = 1) -> PrimaryBranch:
+    """Return the remembered primary branch of a law at a closure."""
+    return PrimaryBranch(Family(law, PATH, closure), side)

@@ -1,0 +1,7 @@
+"""Ways to turn (12) into finitely many equations: one file each, one protocol."""
+
+from .base import Discretisation, Phases, Profile, Transcription
+from .shooting import Shooting
+from .spectral import Spectral
+
+__all__ = ["Discretisation", "Phases", "Profile", "Shooting", "Spectral", "Transcription"]
