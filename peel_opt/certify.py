@@ -73,4 +73,4 @@ def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float)
     if scalars.beta0 == 0.0:
         return float(abs(scalars.alpha1 / scalars.beta1 + 0.5 * tip_height))
     u = tip_height * scalars.beta1 / scalars.beta0
-    return float(abs(scalars.pressure_ratio - law.mean_traction(u)))
+    return float(abs(scalars.alpha1 / scalars.beta0 + law.mean_drop(u)))

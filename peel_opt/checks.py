@@ -30,7 +30,10 @@ def _checked(name: str, value: object, unit: str, *, minimum: float, strict: boo
             f"{label} must be a number, got {value!r}.",
             remedy="Strings with units are read in problem cards and on the command line.",
         )
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number):
         raise InvalidInput(f"{label} must be finite, got {number}.")
     if number < minimum or (strict and number == minimum):

@@ -8,19 +8,29 @@ is a `Piece`, and an equilibrium gives every piece it visits a phase of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import InvalidInput
+from .checks import finite, positive
+from .errors import InvalidInput, NoEquilibrium
 
 if TYPE_CHECKING:
     from .elastica import Scalars
 
 Shape = Callable[[Any], Any]
+
+#: Largest |tau + drop - 1| put down to rounding.
+SUM_TOLERANCE = 1e-9
+
+#: Separation above which the work keeps its digits; below it the mean of the drop does.
+WIDE = 0.5
+
+#: Separation at which the search for a tip height ends.
+HIGHEST = 2.0**60
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class _Complement:
-    """u -> 1 - shape(u); a class, so that laws stay comparable and picklable."""
+    """u -> 1 - shape(u); a class, so that laws stay comparable and travel between processes."""
 
     shape: Shape
 
@@ -71,6 +81,13 @@ class _Blend:
 
     def __call__(self, u: Any) -> Any:
         return (1.0 - self.h) * self.first(u) + self.h * self.second(u)
+
+
+def _blend(first: Shape, second: Shape, h: float) -> Shape:
+    if isinstance(first, Affine) and isinstance(second, Affine):
+        mix = (1.0 - h) * np.array([first.offset, first.slope]) + h * np.array([second.offset, second.slope])
+        return Affine(float(mix[0]), float(mix[1]))
+    return _Blend(first, second, h)
 
 
 @dataclass(frozen=True)
@@ -107,24 +124,23 @@ class CohesiveLaw:
     pieces: tuple[Piece, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        kinks = tuple(float(k) for k in self.kinks)
-        if any(not math.isfinite(k) or k <= 0 for k in kinks) or list(kinks) != sorted(set(kinks)):
-            raise InvalidInput(f"kinks of a law must be finite, positive and increasing, got {kinks}.")
-        object.__setattr__(self, "kinks", kinks)
+        object.__setattr__(self, "kinks", _checked_kinks(self.kinks))
         shapes = self._per_piece("tau", self.tau)
         drops: tuple[Shape, ...] = tuple(_Complement(shape) for shape in shapes)
         if self.drop is not None:
             drops = self._per_piece("drop", self.drop)
         object.__setattr__(self, "tau", shapes)
         object.__setattr__(self, "drop", drops)
-        edges = (-math.inf, *kinks, math.inf)
+        edges = (-math.inf, *self.kinks, math.inf)
         pieces = tuple(Piece(a, b, d) for a, b, d in zip(edges[:-1], edges[1:], drops, strict=True))
         object.__setattr__(self, "pieces", pieces)
         self._validate()
 
     def _per_piece(self, name: str, shape: Shape | Sequence[Shape]) -> tuple[Shape, ...]:
         count = len(self.kinks) + 1
-        shapes = (shape,) * count if callable(shape) else tuple(shape)
+        if callable(shape):
+            return (shape,) * count
+        shapes = tuple(shape) if isinstance(shape, Sequence) else ()
         if len(shapes) != count or not all(callable(s) for s in shapes):
             raise InvalidInput(
                 f"{name} of a law with {count - 1} kinks needs one callable or {count}, got {shape!r}."
@@ -132,20 +148,24 @@ class CohesiveLaw:
         return shapes
 
     def _validate(self) -> None:
-        first = float(self.tau[0](0.0))  # type: ignore[index]
-        if not abs(first - 1.0) < 1e-12:
-            raise InvalidInput(
-                f"tau(0) of law {self.name!r} must be 1, got {first:g}.",
-                remedy="Divide by the strength; the rod owns T0.",
-            )
         probe = np.unique([*np.linspace(0.0, 2.0 * max(self.kinks, default=1.0), 9), *self.kinks])
-        for u in probe:
-            piece = self.pieces[self.piece_at(u)]
-            traction, drop = self.traction(u), float(piece.drop(u))
-            if not (math.isfinite(traction) and abs(traction + drop - 1.0) < 1e-9):
+        for u in (float(v) for v in probe):
+            try:
+                traction, drop = self.traction(u), float(self.pieces[self.piece_at(u)].drop(u))
+            except (TypeError, ValueError, ArithmeticError, RuntimeError, NotImplementedError) as error:
                 raise InvalidInput(
-                    f"law {self.name!r} at u = {u:g}: tau = {traction:g}, drop = {drop:g};"
-                    " both must be finite and add up to 1."
+                    f"law {self.name!r} cannot be evaluated at u = {u:g}: {error}.",
+                    remedy="tau takes one number or CasADi expression and returns one.",
+                ) from error
+            if u == 0.0 and not abs(traction - 1.0) < SUM_TOLERANCE:
+                raise InvalidInput(
+                    f"tau(0) of law {self.name!r} must be 1, got {traction:g}.",
+                    remedy="Divide by the strength; the rod owns T0.",
+                )
+            if not abs(traction + drop - 1.0) < SUM_TOLERANCE:  # also where one is not finite
+                raise InvalidInput(
+                    f"law {self.name!r} at u = {u:g}: tau = {traction:g} and drop = {drop:g}"
+                    " must be finite and add up to 1."
                 )
 
     def piece_at(self, u: float) -> int:
@@ -160,19 +180,25 @@ class CohesiveLaw:
         """Integral of tau from 0 to ``u``, the work of separation over T0 y0."""
         if self.work is not None:
             return float(self.work(float(u)))
-        from scipy.integrate import quad
+        shapes: tuple[Shape, ...] = self.tau  # type: ignore[assignment]
+        return self._integral(shapes, u)
 
-        edges = [0.0, *(k for k in self.kinks if 0 < k < u), float(u)]
-        return math.fsum(
-            quad(self.tau[i], a, b, epsabs=1e-14, epsrel=1e-13)[0]  # type: ignore[index]
-            for i, (a, b) in enumerate(pairwise(edges))
-        )
+    def mean_drop(self, u: float) -> float:
+        """1 - Phi(u)/u, which is 1 - p/T0 at tip height ``u``; no digits lost as u -> 0."""
+        if u == 0.0:
+            return 0.0
+        if u > WIDE:
+            return 1.0 - self.separation_work(u) / u
+        return self._integral(tuple(piece.drop for piece in self.pieces), u) / u
+
+    def _integral(self, shapes: tuple[Shape, ...], u: float) -> float:
+        """Integral from 0 to ``u`` of a function given piece by piece."""
+        edges = [0.0, *(k for k in self.kinks if k < u), float(u)]
+        return math.fsum(_integral(shapes[i], a, b) for i, (a, b) in enumerate(pairwise(edges)))
 
     def mean_traction(self, u: float) -> float:
-        """Work of separation over u: by the first integral of (12), P = p/T0 at tip height u."""
-        if u == 0.0:
-            return 1.0
-        return self.separation_work(u) / u
+        """Phi(u)/u: by the first integrals of (12), P = p/T0 at tip height u."""
+        return self.separation_work(u) / u if u > WIDE else 1.0 - self.mean_drop(u)
 
     def tip_height(self, pressure_ratio: float) -> float:
         """Height u > 0 of the tip under p/T0 = ``pressure_ratio``, from p y = Phi(y).
@@ -184,17 +210,18 @@ class CohesiveLaw:
         """
         from scipy.optimize import brentq
 
-        from .errors import NoEquilibrium
+        P = finite("pressure_ratio", pressure_ratio)
+        high = 1.0
+        while self.mean_traction(high) > P and high < HIGHEST:
+            high *= 2.0
+        if P >= 1.0 or high >= HIGHEST:
+            raise NoEquilibrium(f"no tip height has p/T0 = {P:g} under law {self.name!r}.")
 
         def excess(u: float) -> float:
-            return self.mean_traction(u) - pressure_ratio
+            return P * u - self.separation_work(u) if u > WIDE else u * (self.mean_drop(u) - (1.0 - P))
 
-        low, high = 1e-12, 1.0
-        while excess(high) > 0.0 and high < 1e12:
-            low, high = high, 2.0 * high
-        if pressure_ratio >= 1.0 or excess(high) > 0.0:
-            raise NoEquilibrium(f"no tip height has p/T0 = {pressure_ratio:g} under law {self.name!r}.")
-        return float(brentq(excess, low, high, xtol=1e-15, rtol=1e-14))
+        low = 0.5 * high if high > 1.0 else 1e-300
+        return float(brentq(excess, low, high, xtol=1e-300, rtol=1e-14))
 
     @property
     def initial_slope(self) -> float:
@@ -208,51 +235,73 @@ class CohesiveLaw:
         return float(ca.Function("slope", [u], [ca.jacobian(drop(u), u)])(0.0))
 
     def blend(self, other: CohesiveLaw, h: float) -> CohesiveLaw:
-        """Return the law (1 - h) self + h other, with the kinks of both."""
+        """Return the law (1 - h) self + h other, 0 <= h <= 1, with the kinks of both."""
+        if not 0.0 <= finite("h", h) <= 1.0:
+            raise InvalidInput(f"h must lie between 0 and 1, got {h:g}.")
         kinks = tuple(sorted({*self.kinks, *other.kinks}))
-        edges = (0.0, *kinks)
+        inside = [0.5 * (a + b) for a, b in pairwise((0.0, *kinks))] + [max(kinks, default=0.0) + 1.0]
 
-        def mixed(part: str) -> tuple[Shape, ...]:
-            middles = [0.5 * (a + b) for a, b in zip(edges, (*kinks, edges[-1] + 2.0), strict=True)]
-            return tuple(
-                _Blend(getattr(self, part)[self.piece_at(u)], getattr(other, part)[other.piece_at(u)], h)
-                for u in middles
-            )
+        def mixed(first: CohesiveLaw, second: CohesiveLaw, part: str) -> tuple[Shape, ...]:
+            pairs = ((getattr(law, part)[law.piece_at(u)] for law in (first, second)) for u in inside)
+            return tuple(_blend(a, b, h) for a, b in pairs)
 
-        return CohesiveLaw(mixed("tau"), kinks, name=f"{self.name}~{other.name}", drop=mixed("drop"))
+        name = f"{self.name}~{other.name}"
+        return CohesiveLaw(mixed(self, other, "tau"), kinks, name=name, drop=mixed(self, other, "drop"))
 
 
-def _linear_work(u: float) -> float:
-    return u - 0.5 * u * u
+def _integral(shape: Shape, a: float, b: float) -> float:
+    if isinstance(shape, Affine):
+        return (b - a) * (shape.offset + 0.5 * shape.slope * (a + b))
+    from scipy.integrate import quad
+
+    # Octave by octave, so that a traction that dies out early is not overlooked.
+    octaves = [2.0**k for k in range(60) if a < 2.0**k < b]
+    pieces = (
+        quad(lambda u: float(shape(u)), low, high, epsabs=1e-15 * low, epsrel=1e-13)[0]
+        for low, high in pairwise((a, *octaves, b))
+    )
+    return math.fsum(pieces)
 
 
-def _cohesive_work(u: float) -> float:
-    return _linear_work(min(u, 1.0))
+def _checked_kinks(kinks: object) -> tuple[float, ...]:
+    if not isinstance(kinks, Iterable) or isinstance(kinks, str):
+        raise InvalidInput(f"kinks of a law must be a sequence of numbers, got {kinks!r}.")
+    checked = tuple(positive("kinks of a law", k) for k in kinks)
+    if list(checked) != sorted(set(checked)):
+        raise InvalidInput(f"kinks of a law must be increasing, got {checked}.")
+    return checked
 
-
-_OPENING = Affine(0.0, 1.0)
-_FREE = Affine(1.0, 0.0)
 
 #: Fig 2b: the traction keeps falling past y0, where it pushes.  Exact while y <= y0.
-LINEAR = CohesiveLaw(Affine(1.0, -1.0), name="linear", drop=_OPENING, work=_linear_work)
+LINEAR = CohesiveLaw(Affine(1.0, -1.0), name="linear", drop=Affine(0.0, 1.0))
 
 #: Law (8) for y >= 0: linear decrease to zero at y0, nothing beyond.
 COHESIVE = CohesiveLaw(
-    (Affine(1.0, -1.0), Affine(0.0, 0.0)),
-    (1.0,),
-    name="cohesive",
-    drop=(_OPENING, _FREE),
-    work=_cohesive_work,
+    (Affine(1.0, -1.0), Affine(0.0, 0.0)), (1.0,), name="cohesive", drop=(Affine(0.0, 1.0), Affine(1.0, 0.0))
 )
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    """exp(-u), or its drop 1 - exp(-u)."""
+
+    dropped: bool
+
+    def __call__(self, u: Any) -> Any:
+        import casadi as ca
+
+        return -ca.expm1(-u) if self.dropped else ca.exp(-u)
 
 
 def exponential() -> CohesiveLaw:
     """tau = exp(-u): no kink, the same initial slope as law (8), work 1 - exp(-u)."""
-    import casadi as ca
-
     return CohesiveLaw(
-        lambda u: ca.exp(-u), name="exponential", drop=lambda u: -ca.expm1(-u), work=lambda u: -math.expm1(-u)
+        _Exponential(False), name="exponential", drop=_Exponential(True), work=_exponential_work
     )
+
+
+def _exponential_work(u: float) -> float:
+    return -math.expm1(-u)
 
 
 def trapezoidal(plateau: float) -> CohesiveLaw:
@@ -260,8 +309,6 @@ def trapezoidal(plateau: float) -> CohesiveLaw:
 
     With no slope at u = 0 there is no transition T: the critical length is infinite.
     """
-    from .checks import positive
-
     if not positive("plateau", plateau) < 1.0:
         raise InvalidInput(f"plateau must lie between 0 and 1, got {plateau:g}.")
     slope = 1.0 / (1.0 - plateau)
@@ -269,5 +316,5 @@ def trapezoidal(plateau: float) -> CohesiveLaw:
         (Affine(1.0, 0.0), Affine(slope, -slope), Affine(0.0, 0.0)),
         (plateau, 1.0),
         name=f"trapezoidal({plateau:g})",
-        drop=(Affine(0.0, 0.0), Affine(-plateau * slope, slope), _FREE),
+        drop=(Affine(0.0, 0.0), Affine(-plateau * slope, slope), Affine(1.0, 0.0)),
     )

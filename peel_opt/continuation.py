@@ -21,12 +21,15 @@ from . import closures
 from .closures import Closure
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars
-from .newton import Correction, Rows, correct, factorised
+from .newton import Correction, Rows, correct, correct_contact, factorised
 from .phases import layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import Discretisation, Profile, Transcription
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
+
+#: Width of the bracket below which no landing is tried any more.
+LANDING_WIDTH = 1e-9
 
 
 def _chart_function() -> ca.Function:
@@ -115,23 +118,46 @@ class Family:
     closure: Closure
 
     def solve(self, profile: Profile, other: Closure | Rows) -> tuple[Discretisation, Correction] | None:
-        """Correct from a profile; phases are cut anew until they fit the law. None on failure."""
+        """Correct from a profile; None on failure."""
         if isinstance(other, Closure):
             border = closures.rows(self.closure, other)
         else:
             border = _stacked(closures.rows(self.closure), other)
+        return self._fitted(profile, lambda problem, x: correct(problem, x, border))
+
+    def contact(self, profile: Profile) -> tuple[Discretisation, Correction] | None:
+        """Solve for the state whose tip touches the plate; None on failure."""
+        border = closures.rows(self.closure)
+        return self._fitted(profile, lambda problem, x: correct_contact(problem, x, border))
+
+    def _fitted(
+        self, profile: Profile, corrector: Callable[[Discretisation, np.ndarray], Correction]
+    ) -> tuple[Discretisation, Correction] | None:
+        """Correct, cutting the phases anew until they are those the law asks for."""
         for _ in range(6):
             fitted = without_empty_phases(profile) or profile
             plan = layout(self.law, fitted)
-            fitted = fitted.rephased(plan.breaks)
             problem = self.transcription.discretise(plan.phases)
-            result = correct(problem, problem.pack(fitted), border)
+            result = corrector(problem, problem.pack(fitted.rephased(plan.breaks)))
             if not result.converged:
                 return None
             profile = problem.profile(result.x)
             if np.all(profile.lengths > 0) and layout(self.law, profile).phases == plan.phases:
-                return problem, result
+                return (problem, result) if self._holds_its_tip(profile) else None
         return None
+
+    def _holds_its_tip(self, profile: Profile) -> bool:
+        """Whether a solution keeps to P = Phi(y_tip)/y_tip.
+
+        Solutions with y_tip = 0 at any pressure cross the branch where it ends; they satisfy
+        (12), but they are a rod whose tip is held down to the plate.
+        """
+        s = profile.scalars
+        if s.beta0 == 0.0:
+            return True
+        extra = s.alpha1 / s.beta0
+        tip = float(s.height(profile.values[0, 0, 4]))
+        return abs(extra + self.law.mean_drop(tip)) <= 0.1 * abs(extra) + 1e-7
 
     def point(
         self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
@@ -203,24 +229,37 @@ class Family:
         return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
     def land(self, here: Point, there: Point, other: Closure) -> tuple[Discretisation, Correction] | None:
-        """Solve between two neighbouring points for a closure that changes sign between them."""
+        """Solve between two neighbouring points for a closure that changes sign between them.
+
+        Near a fold of the closure its Newton basin is tiny, so the bracket is narrowed by
+        steps along the branch until a correction from its middle stays inside it.
+        """
         value = closures.rows(other)
-        a, b = (float(value(p.x[-4:])[0][0]) for p in (here, there))
-        share = a / (a - b) if a != b else 0.5
-        span = there.arclength - here.arclength
-        middle = self.step(here, share * span)
-        candidates = [p for p in (middle, here, there) if p is not None]
-        for p in sorted(candidates, key=lambda p: abs(float(value(p.x[-4:])[0][0]))):
-            found = self.solve(p.profile, other)
-            if found is not None and self._between(here, there, found[1].x):
-                return found
+
+        def miss(p: Point) -> float:
+            return float(value(p.x[-4:])[0][0])
+
+        low, high, shrink = here, there, 1.0
+        while (span := high.arclength - low.arclength) > LANDING_WIDTH and shrink > 1e-6:
+            a, b = miss(low), miss(high)
+            for start in sorted((low, high), key=lambda p: abs(miss(p))):
+                found = self.solve(start.profile, other)
+                if found is not None and self._between(low, high, found[1].x):
+                    return found
+            share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
+            middle = self.step(low, shrink * share * span)
+            if middle is None:
+                shrink *= 0.5
+                continue
+            shrink = 1.0
+            low, high = (middle, high) if miss(middle) * a > 0.0 else (low, middle)
         return None
 
     @staticmethod
     def _between(here: Point, there: Point, x: np.ndarray) -> bool:
         """Whether a solution lies where the two points say: no jump to another branch."""
         a, b, c = (chart(v[-4:])[0] for v in (here.x, there.x, x))
-        return bool(np.linalg.norm(c - a) + np.linalg.norm(b - c) < 1.5 * np.linalg.norm(b - a) + 1e-6)
+        return bool(np.linalg.norm(c - a) + np.linalg.norm(b - c) < 1.1 * np.linalg.norm(b - a) + 1e-9)
 
     def turning_point(self, here: Point, there: Point, rate: Callable[[Point], float]) -> Point:
         """Locate where ``rate`` vanishes between two neighbouring points.
@@ -279,4 +318,5 @@ def transition(family: Family) -> Point:
         problem.pack(replace(profile, scalars=Scalars(small, float(mode["m"]), sigma, lam))),
         closures.rows(family.closure, Closure("amplitude", small)),
     )
+    result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

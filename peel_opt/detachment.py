@@ -72,8 +72,8 @@ def pressure_given_length(
     Examples
     --------
     >>> rod = Rod.from_ratio(1.0)
-    >>> round(pressure_given_length(rod, 3.036804006).pressure_ratio, 7)
-    0.5169541
+    >>> round(pressure_given_length(rod, 3.2).pressure_ratio, 7)
+    0.3687926
     """
 
     def ask() -> Equilibrium:
@@ -83,7 +83,7 @@ def pressure_given_length(
             given=(Closure("ratio", rod.ratio), Closure("length", sigma)),
             target=Closure("length", sigma),
             unit=rod.length,
-            words=f"length {length:.6g} m (sbar/eta = {sigma:.6g})",
+            words=_words("length", length, "m", "sbar/eta", sigma, rod),
             state=_state(state),
             near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
         )
@@ -143,7 +143,7 @@ def length_given_pressure(
             given=(Closure("ratio", rod.ratio), Closure("pressure", P)),
             target=Closure("pressure", P),
             unit=rod.pressure,
-            words=f"pressure {pressure:.6g} Pa (p/T0 = {P:.6g})",
+            words=_words("pressure", pressure, "Pa", "p/T0", P, rod),
             state=_state(state),
             near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
         )
@@ -225,6 +225,13 @@ def equilibrium(
         return solve(None, chosen, question, as_method(method), tol)
 
     return _guarded(ask, None, "alpha1", tol, throw)
+
+
+def _words(name: str, value: float, unit: str, symbol: str, ratio: float, rod: Rod) -> str:
+    """Name the given number, in the rod's units if it has any."""
+    if rod.dimensionless:
+        return f"{symbol} = {ratio:.6g}"
+    return f"{name} {value:.6g} {unit} ({symbol} = {ratio:.6g})"
 
 
 def _law(law: str | CohesiveLaw) -> CohesiveLaw | None:

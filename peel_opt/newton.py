@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import splu
 
 from .transcription.base import Discretisation
@@ -38,23 +39,24 @@ class Correction:
 def factorised(jacobian: object, border: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Return the solver of the square system [jacobian; border on the four scalars]."""
     n = jacobian.size2()  # type: ignore[attr-defined]
+    rows = np.zeros((len(border), n))
+    rows[:, -4:] = border
     if n <= DENSE_LIMIT:
-        from scipy.linalg import lu_factor, lu_solve
-
-        matrix = np.zeros((n, n))
-        matrix[: n - len(border)] = jacobian.full()  # type: ignore[attr-defined]
-        matrix[n - len(border) :, -4:] = border
-        factors = lu_factor(matrix, check_finite=False)
-        return lambda b: lu_solve(factors, b, check_finite=False)
-    rows = sp.csc_matrix((len(border), n), dtype=float)
-    rows = sp.hstack([sp.csc_matrix((len(border), n - 4)), sp.csc_matrix(border)])
-    lu = splu(sp.vstack([jacobian.sparse(), rows]).tocsc())  # type: ignore[attr-defined]
+        return _dense_solver(np.vstack([jacobian.full(), rows]))  # type: ignore[attr-defined]
+    lu = splu(sp.vstack([jacobian.sparse(), sp.csc_matrix(rows)]).tocsc())  # type: ignore[attr-defined]
     return lu.solve
 
 
-def correct(
-    problem: Discretisation, x: np.ndarray, rows: Rows, *, tol: float = 1e-11, max_iterations: int = 12
-) -> Correction:
+def _dense_solver(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    factors = lu_factor(matrix, check_finite=False)
+    return lambda b: lu_solve(factors, b, check_finite=False)
+
+
+#: From unknowns to the equations and the solver of their Jacobian.
+Linearisation = Callable[[np.ndarray], tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]]
+
+
+def correct(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
     """Solve R(x) = 0 together with ``rows`` from the guess ``x``.
 
     Parameters
@@ -63,26 +65,72 @@ def correct(
     x : ndarray, shape (n,)
     rows : callable
         Two further equations on the scalars.
-    tol : float
-        Largest update, relative to the size of its block, at which to stop.
-    max_iterations : int
 
     Returns
     -------
     Correction
         ``converged`` is False if the updates did not shrink; nothing is raised.
     """
-    scale = _block_scale(problem, x)
-    step, solve, update = np.inf, None, np.zeros_like(x)
-    for iteration in range(1, max_iterations + 1):
+
+    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]:
         residual, jacobian = problem.linearised(x)
         values, border = rows(x[-4:])
-        right = -np.concatenate([residual.full().ravel(), values])
-        if not np.all(np.isfinite(right)):
+        return np.concatenate([residual.full().ravel(), values]), lambda: factorised(jacobian, border)
+
+    return newton(linearise, x, _block_scale(problem, x))
+
+
+def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
+    """Solve for the state whose tip touches the plate: m = 0 and Y(0) = 0, with one of ``rows``.
+
+    By the first integrals of (12), y_tip (alpha1 + Phi-terms) = K(1)^2/2 - n_y(1) sin theta(1):
+    where the left side vanishes to second order, the gradient of theta(1) = 0 follows from the
+    other equations.  It is left out; kept, it would make the system singular.
+    """
+
+    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]:
+        residual, jacobian = (part.full() for part in problem.linearised(x))
+        tip, tip_gradient = (part.full() for part in problem.tip_height(x))
+        values, border = rows(x[-4:])
+        keep = np.arange(len(residual)) != problem.angle_row
+        extra = np.zeros((len(border) + 1, len(x)))
+        extra[:-1, -4:] = border
+        extra[-1, -3] = 1.0
+        matrix = np.vstack([jacobian[keep], tip_gradient, extra])
+        equations = np.concatenate([residual[keep].ravel(), tip.ravel(), values, x[-3:-2]])
+        return equations, lambda: _dense_solver(matrix)
+
+    return newton(linearise, x, _block_scale(problem, x))
+
+
+def newton(
+    linearise: Linearisation,
+    x: np.ndarray,
+    scale: np.ndarray,
+    *,
+    tol: float = 1e-11,
+    max_iterations: int = 12,
+) -> Correction:
+    """Newton's method for a square system.
+
+    Parameters
+    ----------
+    linearise : callable
+    x : ndarray, shape (n,)
+    scale : ndarray, shape (n,)
+        Sizes by which updates are measured.
+    tol : float
+        Largest scaled update at which to stop; also where rounding lets it get no smaller.
+    max_iterations : int
+    """
+    step, solve, update = np.inf, None, np.zeros_like(x)
+    for iteration in range(1, max_iterations + 1):
+        equations, factorise = linearise(x)
+        if not np.all(np.isfinite(equations)):
             return Correction(x, False, iteration, np.inf, update, None)
         try:
-            solve = factorised(jacobian, border)
-            update = solve(right)
+            solve = factorise()
+            update = solve(-equations)
         except (np.linalg.LinAlgError, RuntimeError, ValueError):
             return Correction(x, False, iteration, np.inf, update, None)
         previous, step = step, float(np.max(np.abs(update) / scale))
@@ -90,7 +138,6 @@ def correct(
             return Correction(x, False, iteration, step, update, None)
         x = x + update
         if step < tol or (step < 1e4 * tol and step > 0.5 * previous):
-            # Converged, or as far as rounding lets it.
             return Correction(x, True, iteration, step, update, solve)
     return Correction(x, False, max_iterations, step, update, solve)
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import threading
 from bisect import insort
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +23,8 @@ import numpy as np
 from . import closures
 from .closures import Closure
 from .cohesion import COHESIVE, CohesiveLaw
-from .continuation import Family, Point, StepControl, transition
+from .continuation import Family, Point, StepControl, chart, transition
+from .elastica import Scalars
 from .errors import NotConverged
 from .transcription import Spectral
 from .transcription.base import Profile
@@ -54,11 +55,62 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A solution on the branch that answers a question, with its label."""
+    """A place on a branch, between two points, where a question is answered.
 
-    profile: Profile
+    Parameters
+    ----------
+    family : Family
+    here, there : Point
+        Neighbours between which the closure ``given`` changes sign.
+    share : float
+        Where between them, by interpolation.
+    given : Closure
+    state : str
+    """
+
+    family: Family
+    here: Point
+    there: Point
+    share: float
+    given: Closure
     state: str
-    arclength: float
+
+    def estimate(self, read: Callable[[Scalars], float]) -> float:
+        """Interpolate a number between the neighbours; free, and good to a few digits."""
+        return (1.0 - self.share) * read(self.here.scalars) + self.share * read(self.there.scalars)
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The solution itself.
+
+        Raises
+        ------
+        NotConverged
+            If it cannot be reached from either neighbour.
+        """
+        landed = self.family.land(self.here, self.there, self.given)
+        if landed is None:
+            raise NotConverged(
+                f"lost the branch between two neighbouring points while looking for {self.given}.",
+                remedy="Move the given number a little, or pick another state.",
+            )
+        problem, result = landed
+        return problem.profile(result.x)
+
+
+def crossings(
+    family: Family, points: Sequence[Point], given: Closure, label: Callable[[float], str]
+) -> list[Candidate]:
+    """All places where a closure is met along a branch; ``label`` names the state at an arclength."""
+    value = closures.rows(given)
+    misses = [float(value(p.x[-4:])[0][0]) for p in points]
+    found = []
+    for (here, there), (a, b) in zip(pairwise(points), pairwise(misses), strict=True):
+        # A zero at the first point is the straight rod at T, which is no answer.
+        if a * b < 0.0 or (b == 0.0 and there is not points[-1]):
+            state = label(0.5 * (here.arclength + there.arclength))
+            found.append(Candidate(family, here, there, a / (a - b), given, state))
+    return found
 
 
 @dataclass(eq=False)
@@ -107,14 +159,26 @@ class PrimaryBranch:
             return
         if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
             # p = T0 again: by the first integral the tip is back on the plate.
-            landed = self.family.land(here, there, Closure("pressure", 1.0)) if self._is_rod else None
-            if landed is not None:
-                problem, result = landed
-                direction = np.array([1.0, 0.0, 0.0, 0.0])
-                there = self.family.point(problem, result.x, direction, there.arclength, result.iterations)
-            self.ended = "contact"
+            contact = self._contact(here, there)
+            if contact is None:
+                self.ended = "stalled"
+                return
+            there, self.ended = contact, "contact"
         self._insert_folds(here, there)
         self.points.append(there)
+
+    def _contact(self, here: Point, beyond: Point) -> Point | None:
+        """Return the end of the branch, between its last point and one step beyond."""
+        solved = self.family.contact(beyond.profile) or self.family.contact(here.profile)
+        if solved is None:
+            return None
+        problem, result = solved
+        # Another family, with y_tip = 0 at any pressure, crosses here: no tangent is defined by
+        # the residual alone, and that of the neighbour serves to find folds.
+        tangent = np.zeros(problem.size)
+        tangent[-4:] = beyond.tangent[-4:]
+        gap = np.linalg.norm(chart(result.x[-4:])[0] - chart(here.x[-4:])[0])
+        return Point(problem, result.x, tangent, here.arclength + float(gap), result.iterations)
 
     @property
     def _is_rod(self) -> bool:
@@ -149,23 +213,7 @@ class PrimaryBranch:
 
     def candidates(self, given: Closure) -> list[Candidate]:
         """All states that answer a question on the part walked so far, from T on."""
-        value = closures.rows(given)
-        residuals = [float(value(p.x[-4:])[0][0]) for p in self.points]
-        found = []
-        for (here, there), (a, b) in zip(pairwise(self.points), pairwise(residuals), strict=True):
-            if a == 0.0 and here.scalars.A != 0.0:
-                found.append(Candidate(here.profile, self.state_at(here.arclength), here.arclength))
-            elif a * b < 0.0:
-                landed = self.family.land(here, there, given)
-                if landed is None:
-                    raise NotConverged(
-                        f"lost the branch between two neighbouring points while looking for {given}.",
-                        remedy="Please report the rod and the question.",
-                    )
-                problem, result = landed
-                middle = 0.5 * (here.arclength + there.arclength)
-                found.append(Candidate(problem.profile(result.x), self.state_at(middle), middle))
-        return found
+        return crossings(self.family, self.points, given, self.state_at)
 
 
 def first_point(family: Family) -> Point:

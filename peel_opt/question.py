@@ -7,19 +7,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from .answer import ANSWERS, Method, answer
 from .certify import report
 from .checks import positive
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Point
-from .elastica import PI4
-from .errors import AmbiguousState, NoEquilibrium, NotCertified, OutOfRange
+from .elastica import PI4, Scalars
+from .errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange
+from .isobars import states_near
 from .phases import layout
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
 from .result import Equilibrium
 from .rod import Rod
-from .transcription.base import Profile
 
 #: eta/y0 between which the walk along the primary branch is tested.
 RATIOS = (0.005, 3000.0)
@@ -61,9 +63,9 @@ class Question:
         """What the caller calls the given number."""
         return {"pressure_ratio": "length", "length_ratio": "pressure", "alpha1": "lambda"}[self.asked]
 
-    def read(self, profile: Profile) -> float:
+    def read(self, scalars: Scalars) -> float:
         """Return the answered number of a solution."""
-        return float(ANSWERS[self.asked](profile.scalars))
+        return float(ANSWERS[self.asked](scalars))
 
     def fits(self, label: str) -> bool:
         """Whether a state with this label is meant."""
@@ -85,11 +87,16 @@ def solve(
     tol = positive("tol", tol)
     began = time.perf_counter()
     effective = COHESIVE if law is None else law
-    chosen, walked = _select(effective, question)
+    chosen, spacing, walked = _select(effective, question)
     plan = layout(effective, chosen.profile)
     start = chosen.profile.rephased(plan.breaks)
     solved = answer(start, plan.phases, question.given, question.asked, method, tol)
     result = report(rod, law, question.asked, chosen.state, solved, tol)
+    if abs(result.answer - question.read(chosen.profile.scalars)) > 0.25 * spacing:
+        raise NotConverged(
+            f"{question.words}: {method.transcription!r} left the {chosen.state} state it was started at.",
+            remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
+        )
     stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
     result = replace(result, stats=stats)
     if not result.certified:
@@ -119,24 +126,25 @@ def _path_closure(question: Question) -> Closure:
     return Closure("ratio", (PI4 + second.value) / first.value**4)
 
 
-def _select(law: CohesiveLaw, question: Question) -> tuple[Candidate, int]:
-    """Walk as far as the question needs and pick the state it means."""
+def _select(law: CohesiveLaw, question: Question) -> tuple[Candidate, float, int]:
+    """Walk as far as the question needs and pick the state it means.
+
+    Returns the state, how far its answer is from that of the next one, and the length of
+    the walk in points.
+    """
     closure = _path_closure(question)
     branch = primary_branch(law, closure, -1 if question.state == "spurious" else 1)
     branch.extend(partial(_far_enough, branch, question))
     found = branch.candidates(question.target)
-    if question.near is not None and question.asked == "alpha1" and branch.side > 0:
-        beyond = primary_branch(law, closure, -1)
-        beyond.extend(partial(_far_enough, beyond, question))
-        found = found + beyond.candidates(question.target)
+    if question.near is not None:
+        found = found + _off_the_branch(law, closure, question)
     fitting = [c for c in found if question.fits(c.state)]
     if not fitting:
         raise _nothing_fits(branch, question, found)
-    values = [question.read(c.profile) for c in fitting]
     if question.near is not None:
-        near = question.near
-        chosen = min(zip(values, fitting, strict=True), key=lambda pair: abs(pair[0] - near))[1]
+        chosen = _nearest_candidate(fitting, question)
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
+        values = [question.read(c.profile.scalars) for c in fitting]
         listed = ", ".join(f"{question.asked} = {v:.6g}" for v in values)
         raise AmbiguousState(
             f"{question.words}: {len(fitting)} {question.state} states fit: {listed}.",
@@ -144,8 +152,39 @@ def _select(law: CohesiveLaw, question: Question) -> tuple[Candidate, int]:
             candidates=tuple(values),
         )
     else:
-        chosen = min(fitting, key=lambda c: c.profile.scalars.alpha1)  # the lowest pressure
-    return chosen, len(branch.points)
+        chosen = min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))  # the lowest pressure
+    own = question.read(chosen.profile.scalars)
+    others = np.array([c.estimate(question.read) for c in found if c is not chosen])
+    apart = np.abs(others - own)
+    # What coincides with the chosen state is the same state, met on another walk.
+    spacing = float(np.min(apart[apart > 1e-4 * (1.0 + abs(own))], initial=np.inf))
+    return chosen, spacing, len(branch.points)
+
+
+def _off_the_branch(law: CohesiveLaw, closure: Closure, question: Question) -> list[Candidate]:
+    """States that are not on the detached primary branch, near the answer sought."""
+    if question.near is None or question.target.kind != "length":
+        return []
+    beta0 = question.target.value**3
+    P = question.near if question.asked == "pressure_ratio" else 1.0 + question.near / beta0
+    if P < 1.0:
+        return states_near(law, closure.value, question.target.value, P)
+    beyond = primary_branch(law, closure, -1)
+    beyond.extend(partial(_far_enough, beyond, question))
+    return beyond.candidates(question.target)
+
+
+def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candidate:
+    """Pick the state whose answer is nearest to the one sought, solving only where it is close."""
+    assert question.near is not None
+    near = question.near
+    guessed = [abs(c.estimate(question.read) - near) for c in candidates]
+    margin = 2.0 * min(guessed) + 0.02 * (1.0 + abs(near))
+    close = [c for c, distance in zip(candidates, guessed, strict=True) if distance <= margin]
+    distances = [abs(question.read(c.profile.scalars) - near) for c in close]
+    same = min(distances) + 1e-7 * (1.0 + abs(near))
+    # A state of the primary branch may be met on another walk too: its own label comes first.
+    return next(c for c, distance in zip(close, distances, strict=True) if distance <= same)
 
 
 def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
@@ -173,8 +212,11 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
     if nearest is not None:
         message += f" The nearest that does exist: {question.given_name} = {nearest:.8g}."
     if found:
-        listed = (f"{c.state} ({question.asked} = {question.read(c.profile):.6g})" for c in found)
+        listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)
         message += f" States that do exist there: {', '.join(listed)}."
+    if branch.ended in ("stalled", "limit"):
+        last = branch.points[-1].scalars
+        message += f" The branch was followed only to p/T0 = {last.pressure_ratio:.4g}."
     remedy = "Ask for one of them with state=." if found else ""
     return NoEquilibrium(message, remedy=remedy, nearest=nearest)
 

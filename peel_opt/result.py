@@ -249,6 +249,8 @@ class Equilibrium:
             return f"Equilibrium(none: {self.status}; {self.message})"
         if self.rod is None:
             head = f"beta0={self.beta0:.6g}, lam={self.lam:.6g}, alpha1={self.alpha1:.10g}"
+        elif self.rod.dimensionless:
+            head = f"p/T0={self.pressure_ratio:.10g}, sbar/eta={self.length_ratio:.10g}"
         else:
             head = (
                 f"p={self.pressure:.8g} Pa, sbar={self.length:.8g} m, "

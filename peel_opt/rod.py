@@ -29,8 +29,8 @@ class Rod:
     Examples
     --------
     >>> rod = Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
-    >>> round(rod.ratio, 3)
-    0.752
+    >>> round(rod.ratio, 2)
+    0.75
     """
 
     bending_stiffness: float
@@ -59,6 +59,11 @@ class Rod:
     def ratio(self) -> float:
         """r = eta/y0, the only number of the rod that matters without units."""
         return self.eta / self.adhesion_range
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether T0 = 1 and k = 1, so that lengths are in eta and pressures in T0."""
+        return self.bending_stiffness == 1.0 and self.adhesion_strength == 1.0
 
     @property
     def critical_length(self) -> float:
@@ -96,6 +101,8 @@ class Rod:
         return n_hat * self.bending_stiffness / length**2
 
     def __repr__(self) -> str:
+        if self.dimensionless:
+            return f"Rod(eta/y0={self.ratio:.6g}; in units of T0 and eta)"
         return (
             f"Rod(k={self.bending_stiffness:.6g} N m, T0={self.adhesion_strength:.6g} Pa, "
             f"y0={self.adhesion_range:.6g} m; eta={self.eta:.4g} m, eta/y0={self.ratio:.4g})"

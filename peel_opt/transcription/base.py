@@ -121,6 +121,15 @@ class Discretisation(ABC):
     def residual_expression(self) -> ca.MX:
         """R(x), two entries fewer than x."""
 
+    @property
+    @abstractmethod
+    def angle_row(self) -> int:
+        """Row of R that holds Theta(1) = 0."""
+
+    @abstractmethod
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+
     @abstractmethod
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields at the same local coordinates in every phase, (phases * len(zeta)) x 5."""
@@ -138,6 +147,12 @@ class Discretisation(ABC):
     def linearised(self) -> ca.Function:
         """Compiled x -> (R, dR/dx)."""
         return ca.Function("linearised", [self.x], [self.expression, ca.jacobian(self.expression, self.x)])
+
+    @cached_property
+    def tip_height(self) -> ca.Function:
+        """Compiled x -> (Y(0), dY(0)/dx)."""
+        tip = self.tip_expression()
+        return ca.Function("tip", [self.x], [tip, ca.jacobian(tip, self.x)])
 
     @cached_property
     def _profile_sampler(self) -> ca.Function:

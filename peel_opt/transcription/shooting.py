@@ -130,6 +130,15 @@ class ShootingDiscretisation(Discretisation):
         switches = switch_equations(self.phases, heights)
         return ca.vertcat(Theta + 1, K, nx, ny, *defects, Theta_end, K_end, Y_end, *switches)
 
+    @property
+    def angle_row(self) -> int:
+        """Row of Theta(1) = 0."""
+        return 4 + 5 * (self.nodes - 1)
+
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+        return self._states()[0][4, 0]
+
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Integrate from the node before each point, as accurately as the defects are."""
         states, lengths, tail = self._states()

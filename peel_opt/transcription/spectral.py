@@ -148,6 +148,15 @@ class SpectralDiscretisation(Discretisation):
             *switch_equations(self.phases, ca.vertsplit(heights) if len(self.phases) > 1 else []),
         )
 
+    @property
+    def angle_row(self) -> int:
+        """Row of Theta(1) = 0."""
+        return self.field_count + 1
+
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+        return self._fields["Y_tip"]
+
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields at the same local coordinates in every phase."""
         f = self._fields

@@ -1,0 +1,104 @@
+"""Numbers and states in words: units with a prefix, titles, warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..result import Equilibrium
+from ..rod import Rod
+
+PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+#: What a flag that disqualifies an equilibrium means to somebody who looks at its picture.
+MEANINGS = {
+    "y > y0": "$y > y_0$: outside the linear law's range",
+    "p < 0": "$p < 0$: the pressure pushes towards the plate",
+    "y < 0": "$y < 0$: the rod passes through the plate",
+    "alpha1 > 0": r"$\alpha_1 > 0$: spurious branch",
+    "self-contact": "the rod crosses itself: contact is not modelled",
+}
+
+ANSWERS = {"pressure_ratio": "$p/T_0$", "length_ratio": r"$\bar s/\eta$", "alpha1": r"$\alpha_1$"}
+
+
+@dataclass(frozen=True)
+class LengthUnit:
+    """The unit of an axis: ``size`` in the unit of the data; a symbol divides, a name stands in brackets."""
+
+    size: float
+    name: str
+    is_symbol: bool = False
+
+    def axis(self, quantity: str) -> str:
+        """Return the label of an axis that shows ``quantity``."""
+        return f"${quantity}/{self.name}$" if self.is_symbol else f"${quantity}$ [{self.name}]"
+
+
+def length_unit(rod: Rod | None, extent: float) -> LengthUnit:
+    """Return the unit in which a picture of a rod, ``extent`` across, is drawn."""
+    if rod is None:
+        return LengthUnit(1.0, r"\bar s", is_symbol=True)
+    if rod.dimensionless:
+        return LengthUnit(1.0, r"\eta", is_symbol=True)
+    exponent = _exponent(extent)
+    return LengthUnit(10.0**exponent, f"{PREFIXES[exponent]}m")
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return an SI quantity with four digits and a prefix, "48.68 kPa"."""
+    exponent = _exponent(value)
+    return f"{value / 10.0**exponent:.4g} {PREFIXES[exponent]}{unit}"
+
+
+def _exponent(value: float) -> int:
+    if value == 0.0 or not math.isfinite(value):
+        return 0
+    exponent = 3 * math.floor(math.log10(abs(value)) / 3.0)
+    return min(max(exponent, min(PREFIXES)), max(PREFIXES))
+
+
+def load(eq: Equilibrium) -> str:
+    """Return the pressure as it names one curve among others: with units, or dimensionless."""
+    if eq.rod is not None and not eq.rod.dimensionless:
+        return f"$p$ = {quantity(eq.pressure, 'Pa')}"
+    if math.isfinite(eq.pressure_ratio):
+        return f"$p/T_0 = {eq.pressure_ratio:.4g}$"
+    return rf"$\alpha = {eq.alpha:.4g}$"
+
+
+def title(eq: Equilibrium) -> str:
+    """Return what is in the picture: numbers, state, law and how far to trust them."""
+    lines = []
+    if eq.rod is not None and not eq.rod.dimensionless:
+        length = quantity(eq.length, "m")
+        lines.append(rf"{load(eq)},  $\bar s$ = {length}")
+    elif eq.rod is None:
+        lines.append(rf"$\beta_0 = {eq.beta0:.5g}$,  $\beta_1 = {eq.beta1:.5g}$,  $\alpha = {eq.alpha:.5g}$")
+    if math.isfinite(eq.pressure_ratio):
+        lines.append(
+            rf"$p/T_0 = {eq.pressure_ratio:.4g}$,  $\bar s/\eta = {eq.length_ratio:.4g}$,"
+            rf"  $\eta/y_0 = {eq.ratio:.4g}$"
+        )
+    overhang = r" with overhang $|\theta| > 90^\circ$" if "overhang" in eq.flags else ""
+    lines.append(f"{eq.state} state{overhang}, {eq.law} law; {trust(eq)}")
+    return "\n".join(lines)
+
+
+def trust(eq: Equilibrium) -> str:
+    """Return the error of the answered number, and whether it is certified."""
+    verdict = "certified" if eq.certified else "not certified"
+    return f"{ANSWERS[eq.answered]} {verdict}, error {_power(eq.error)}"
+
+
+def _power(value: float) -> str:
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return rf"${mantissa}\times 10^{{{int(exponent)}}}$"
+
+
+def warnings_of(flags: Iterable[str]) -> list[str]:
+    """Return in words the flags that make a state unphysical."""
+    return [MEANINGS[flag] for flag in flags if flag in MEANINGS]

@@ -1,0 +1,306 @@
+"""Equilibria on disk: NPZ and CSV, written whole or not at all, read back bit for bit.
+
+Both formats hold the shape in the paper's scaled variables, from which `Equilibrium` derives
+everything else, so that what is read is what was written to the last bit.  Neither runs code
+when it is read.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import secrets
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from .errors import InvalidInput
+from .result import Equilibrium, Stats
+from .rod import Rod
+from .shape import Shape
+
+SCHEMA = "peel_opt equilibrium"
+SCHEMA_VERSION = 1
+
+#: No equilibrium is larger; a file that is, or unpacks to more, is not one.
+MOST_BYTES = 64_000_000
+
+#: Numbers of an equilibrium that are stored; all others follow from them.
+_FLOATS = ("beta0", "lam", "alpha1", "error", "certificate", "tol")
+_TEXTS = ("law", "answered", "state", "status", "message")
+_ROD = ("bending_stiffness", "adhesion_strength", "adhesion_range")
+
+#: CSV columns of the scaled shape; theta is the same in both units.
+_SCALED = {
+    "xi": "s/sbar",
+    "x": "x/sbar",
+    "y": "y/sbar",
+    "theta": "theta [rad]",
+    "curvature": "curvature*sbar",
+    "Nx": "Nx*sbar^2/k",
+    "Ny": "Ny*sbar^2/k",
+}
+
+
+@dataclass(frozen=True)
+class _Units:
+    """Names of the units that an equilibrium's attributes are in."""
+
+    length: str
+    pressure: str
+    force: str
+    stiffness: str
+
+    @classmethod
+    def of(cls, rod: Rod | None) -> _Units:
+        if rod is None:
+            return cls("sbar", "k/sbar^3", "k/sbar^2", "k")
+        if rod.dimensionless:
+            return cls("eta", "T0", "T0 eta", "T0 eta^3")
+        return cls("m", "Pa", "N/m", "N m")
+
+    def rod(self, rod: Rod | None) -> dict[str, float]:
+        """Return the numbers of a rod, none without one."""
+        units = (self.stiffness, self.pressure, self.length)
+        return (
+            {} if rod is None else {f"{k} [{u}]": getattr(rod, k) for k, u in zip(_ROD, units, strict=True)}
+        )
+
+    def columns(self, eq: Equilibrium) -> dict[str, np.ndarray]:
+        """Return the shape in these units, without theta."""
+        return {
+            f"s [{self.length}]": eq.s,
+            f"x [{self.length}]": eq.x,
+            f"y [{self.length}]": eq.y,
+            f"curvature [1/{self.length}]": eq.curvature,
+            f"Nx [{self.force}]": eq.Nx,
+            f"Ny [{self.force}]": eq.Ny,
+        }
+
+
+def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path:
+    """Let ``writer`` fill a file that appears at ``path`` only when it is complete.
+
+    Parameters
+    ----------
+    path : str or Path
+        In a folder that exists; a regular file there is replaced.
+    writer : callable
+        Receives a binary file open for writing.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written.
+    """
+    target = Path(path)
+    try:
+        if target.is_dir():
+            raise InvalidInput(f"cannot write {target}: it is a folder.", remedy="Give the name of a file.")
+        if not target.parent.is_dir():
+            raise InvalidInput(f"cannot write {target}: there is no folder {target.parent}.")
+        if target.exists() and not target.is_file():
+            raise InvalidInput(f"cannot write {target}: it is not a regular file.")
+        # Beside the target, so that the final rename stays inside one file system.
+        draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(6)}.tmp")
+        try:
+            with open(draft, "xb") as file:
+                writer(file)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(draft, target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        if isinstance(error, InvalidInput):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(
+            f"cannot write {str(target)!r}: {reason}.", remedy="Choose a folder you may write to."
+        ) from error
+    return target
+
+
+def equilibrium_record(eq: Equilibrium) -> dict[str, Any]:
+    """Return all numbers of an equilibrium, named as its attributes, with the unit in the key.
+
+    Without a rod, lengths are in units of sbar and pressures in k/sbar^3; for a rod known by
+    its ratio alone, in its eta and T0.
+    """
+    units = _Units.of(eq.rod)
+    has_shape = eq.shape.xi.size > 0
+    record: dict[str, Any] = {
+        f"pressure [{units.pressure}]": float(eq.pressure),
+        f"length [{units.length}]": float(eq.length),
+        "pressure_ratio": float(eq.pressure_ratio),
+        "length_ratio": float(eq.length_ratio),
+        "ratio": float(eq.ratio),
+        "beta0": float(eq.beta0),
+        "beta1": float(eq.beta1),
+        "lam": float(eq.lam),
+        "alpha": float(eq.alpha),
+        "alpha1": float(eq.alpha1),
+        "tip_angle [rad]": eq.tip_angle if has_shape else float("nan"),
+        f"tip_height [{units.length}]": eq.tip_height if has_shape else float("nan"),
+        "answered": eq.answered,
+        "error": float(eq.error),
+        "certificate": float(eq.certificate),
+        "tol": float(eq.tol),
+        "law": eq.law,
+        "state": eq.state,
+        "status": eq.status,
+        "valid": bool(eq.valid),
+        "flags": ", ".join(eq.flags),
+        "message": eq.message,
+    }
+    return record | units.rod(eq.rod) | _stats_record(eq.stats)
+
+
+def save_equilibrium(eq: Equilibrium, path: str | Path) -> Path:
+    """Write an equilibrium as NPZ: the scaled shape and one JSON text with all numbers."""
+    arrays: dict[str, Any] = {f.name: np.asarray(getattr(eq.shape, f.name), float) for f in fields(Shape)}
+    text = json.dumps(_head(eq))
+    return atomic_write(path, lambda file: np.savez_compressed(file, metadata=np.array(text), **arrays))
+
+
+def write_equilibrium_csv(eq: Equilibrium, path: str | Path) -> Path:
+    """Write an equilibrium as CSV: its numbers as comments, then the shape, one point a line.
+
+    With a rod the columns are in its units first and scaled next.
+    """
+    # A custom law or message may hold any character: JSON keeps each on its line, in ASCII.
+    lines = [f"# {key} = {json.dumps(value)}" for key, value in _head(eq).items()]
+    known = {line.split(" = ")[0] for line in lines}
+    derived = {key: value for key, value in equilibrium_record(eq).items() if f"# {key}" not in known}
+    lines += [f"# {key} = {json.dumps(value)}" for key, value in derived.items()]
+    columns = {} if eq.rod is None else _Units.of(eq.rod).columns(eq)
+    columns |= {title: getattr(eq.shape, name) for name, title in _SCALED.items()}
+    lines.append(",".join(columns))
+    lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
+    text = "\n".join(lines) + "\n"
+    return atomic_write(path, lambda file: file.write(text.encode("ascii")))
+
+
+def load_equilibrium(path: str | Path) -> Equilibrium:
+    """Read what `save_equilibrium` or `write_equilibrium_csv` wrote.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, is damaged, or is not such a file.
+    """
+    source = Path(path)
+    try:
+        if source.stat().st_size > MOST_BYTES:
+            raise ValueError("it is too large")
+        data = source.read_bytes()
+        head, shape = _from_npz(data) if data[:2] == b"PK" else _from_csv(data)
+        return _restore(head, shape)
+    except OSError as error:
+        raise InvalidInput(f"cannot read {str(source)!r}: {error.strerror or error}.") from error
+    # Damage shows as any of these, from the depths of zip, JSON and NumPy.
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+        reason = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
+        raise InvalidInput(
+            f"{str(source)!r} is no equilibrium file, or it is damaged: {reason.rstrip('.')}.",
+            remedy="Read files that Equilibrium.save or Equilibrium.to_csv wrote.",
+        ) from error
+
+
+def _stats_record(stats: Stats) -> dict[str, Any]:
+    return {
+        # NumPy's scalars are no numbers to JSON.
+        f"stats.{key}{' [s]' * (key == 'seconds')}": value.item() if isinstance(value, np.generic) else value
+        for key, value in asdict(stats).items()
+    }
+
+
+def _head(eq: Equilibrium) -> dict[str, Any]:
+    """Return everything that `_restore` needs beside the shape, ready for JSON."""
+    head: dict[str, Any] = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "points": len(eq.shape.xi)}
+    head |= {name: float(getattr(eq, name)) for name in _FLOATS}
+    head |= {name: getattr(eq, name) for name in _TEXTS}
+    head["flags"] = list(eq.flags)
+    return head | _Units.of(eq.rod).rod(eq.rod) | _stats_record(eq.stats)
+
+
+def _from_npz(data: bytes) -> tuple[dict[str, Any], Shape]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:
+            raise ValueError("it is too large")
+        if (damaged := archive.testzip()) is not None:
+            raise ValueError(f"{damaged} does not have its checksum")
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        text = stored["metadata"]
+        if text.dtype.kind != "U" or text.ndim:
+            raise ValueError("its metadata is no text")
+        return _object(str(text)), Shape(**{f.name: stored[f.name] for f in fields(Shape)})
+
+
+def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
+    text = data.decode("ascii", errors="strict")
+    lines = text.split("\n")
+    if not text.startswith("# schema = ") or lines.pop() != "":
+        raise ValueError("it has no header, or ends in the middle of a line")
+    comments = [line for line in lines if line.startswith("# ")]
+    head = {}
+    for line in comments:
+        key, _, value = line[2:].partition(" = ")
+        head[key] = json.loads(value)
+    titles = lines[len(comments)].split(",") if len(lines) > len(comments) else []
+    rows = [[float(cell) for cell in line.split(",")] for line in lines[len(comments) + 1 :]]
+    if any(len(row) != len(titles) for row in rows):
+        raise ValueError("its rows do not have one length")
+    table = np.array(rows, float).reshape(len(rows), len(titles))
+    missing = [title for title in _SCALED.values() if title not in titles]
+    if missing:
+        raise ValueError(f"it has no column {missing[0]!r}")
+    columns = {name: table[:, titles.index(title)].copy() for name, title in _SCALED.items()}
+    return head, Shape(**columns)
+
+
+def _object(text: str) -> dict[str, Any]:
+    value = json.loads(text)
+    if not isinstance(value, dict):
+        raise ValueError("its metadata is no JSON object")
+    return value
+
+
+def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
+    if head["schema"] != SCHEMA:
+        raise ValueError(f"it holds {head['schema']!r}, not {SCHEMA!r}")
+    if head["schema_version"] != SCHEMA_VERSION:
+        raise ValueError(
+            f"its schema version is {head['schema_version']}, this peel_opt reads version {SCHEMA_VERSION}"
+        )
+    points = head["points"]
+    for f in fields(Shape):
+        array = getattr(shape, f.name)
+        if array.dtype != np.float64 or array.shape != (points,):
+            raise ValueError(f"{f.name} does not hold {points} numbers")
+    for name in _FLOATS:
+        if not isinstance(head[name], float):
+            raise ValueError(f"{name} is no number")
+    for name in (*_TEXTS, "flags"):
+        parts = head[name] if name == "flags" else [head[name]]
+        if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
+            raise ValueError(f"{name} is no text")
+    named = {key.split(" [")[0]: value for key, value in head.items()}
+    numbers = {name: named[name] for name in _ROD if name in named}
+    rod = Rod(**numbers) if numbers else None
+    return Equilibrium(
+        rod=rod,
+        **{name: head[name] for name in (*_FLOATS, *_TEXTS)},
+        flags=tuple(head["flags"]),
+        stats=Stats(**{f.name: named[f"stats.{f.name}"] for f in fields(Stats)}),
+        source=shape,
+    )

@@ -1,0 +1,95 @@
+"""Every example runs, and says the number it says."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"example_{name}", ROOT / "examples" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_aortic_flap(capsys: pytest.CaptureFixture[str]) -> None:
+    found = load("aortic_flap").main()
+    # p/T0 and sbar/eta by shooting from the tip, in code that is not the package's.
+    assert found["pressure"] == pytest.approx(0.34746223558475 * 140.1e3, rel=1e-8)
+    assert found["length"] == pytest.approx(3.71803495424891 * found["eta"], rel=1e-8)
+    # p y_tip is the whole work of separation, T0 y0 / 2.
+    assert found["pressure"] * found["tip_height"] == pytest.approx(0.5 * 140.1e3 * 0.73e-3, rel=1e-8)
+    assert found["error"] < 1e-8
+    assert capsys.readouterr().out == ""
+
+
+def test_own_cohesive_law() -> None:
+    found = load("own_cohesive_law").main()
+    assert found == pytest.approx(
+        {"cohesive": 3.13895499, "exponential": 3.61621165, "trapezoid": 3.22824938}, abs=2e-8
+    )
+
+
+def test_own_laws_are_those_of_the_package() -> None:
+    import peel_opt as po
+
+    example = load("own_cohesive_law")
+    for own, ready in ((example.exponential, po.exponential()), (example.trapezoid, po.trapezoidal(0.3))):
+        for u in (0.0, 0.2, 0.3, 0.7, 1.0, 1.5):
+            assert own.traction(u) == pytest.approx(ready.traction(u), abs=1e-14)
+
+
+def test_linear_against_cohesive() -> None:
+    module = load("linear_against_cohesive")
+    found = module.main()
+    assert found["linear"][-1] == pytest.approx(0.308, abs=5e-4)
+    assert found["cohesive"][-1] == pytest.approx(0.396, abs=5e-4)
+    for p, linear, cohesive in zip(module.PRESSURES, found["linear"], found["cohesive"], strict=False):
+        assert (abs(linear - cohesive) < 2e-8) == (p >= 0.5)
+
+
+def test_paper_fig10a(tmp_path: Path) -> None:
+    eq = load("paper_fig10a").main(str(tmp_path / "fig10a.png"))
+    assert eq.alpha == pytest.approx(14.8646046, abs=1e-7)
+    assert eq.flags == ("y > y0",)
+    assert (tmp_path / "fig10a.png").stat().st_size > 10_000
+
+
+def test_readme_figure() -> None:
+    figure, curve = load("readme_figure").main(points=8)
+    assert all(eq.certified for eq in curve)
+    pressures = [eq.pressure for eq in curve]
+    assert pressures == sorted(pressures, reverse=True)
+    assert curve[0].pressure_ratio == pytest.approx(0.999)
+    assert curve[-1].length_ratio == pytest.approx(4.741, abs=0.02)
+    assert [ax.get_xlabel() for ax in figure.axes] == ["$x$ [mm]", r"detached length $\bar s$ [mm]"]
+    assert (ROOT / "docs" / "img" / "readme.png").stat().st_size <= 150_000
+
+
+def test_every_example_is_tested_above() -> None:
+    assert {f"test_{path.stem}" for path in EXAMPLES} <= set(globals())
+
+
+def test_an_example_runs_as_a_script(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", str(ROOT / "examples" / "paper_fig10a.py")],
+        check=True,
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    assert done.stdout.startswith("alpha = 14.86460")
+    assert done.stderr == ""

@@ -1,0 +1,394 @@
+import itertools
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from peel_opt import design_relations as design
+from peel_opt.effective_potential import branch_potential
+from peel_opt.errors import InvalidInput, NoEquilibrium, OutOfRange
+from peel_opt.hierarchy import uniform_series
+from peel_opt.landau import NormalForm
+from peel_opt.rod import Rod
+
+FORMS = {"paper": NormalForm.paper(), "exact": NormalForm.exact(), "uniform": NormalForm.uniform(12)}
+each_form = pytest.mark.parametrize("kind", FORMS)
+
+
+def branch(beta0, low, high, points=161):
+    """Points of a detached branch, to rounding, as a tracer would hand them over."""
+    alpha1 = np.linspace(low, high, points)
+    return SimpleNamespace(lam=uniform_series(30).curve(alpha1, beta0), alpha1=alpha1, beta0=beta0)
+
+
+# Coefficients
+
+
+def test_coefficients():
+    assert (FORMS["paper"].a1, FORMS["paper"].a2) == (-7.29, 0.696)
+    for form in (FORMS["exact"], FORMS["uniform"]):
+        assert form.a1 == pytest.approx(-7.247458102099, abs=5e-13)
+        assert form.a2 == pytest.approx(0.697145349376, abs=5e-13)
+
+
+def test_paper_values_for_fig_7():
+    assert FORMS["paper"].fold(4.0)[0] == pytest.approx(-0.2658, abs=5e-5)
+    assert FORMS["paper"].maxwell(4.0)[0] == pytest.approx(-0.2363, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("beta0", "lam", "alpha1"),
+    [(2.0, -0.067107064982, -0.697144260990), (4.0, -0.26900108827, -1.3942820254)],
+)
+def test_fold_of_the_full_equations(beta0, lam, alpha1):
+    found = FORMS["uniform"].fold(beta0)
+    assert found[0] == pytest.approx(lam, abs=2e-11)
+    assert found[1] == pytest.approx(alpha1, abs=2e-10)
+    assert FORMS["exact"].fold(beta0)[0] == pytest.approx(lam, rel=4e-3)
+
+
+def test_uniform_of_order_one_is_exact():
+    first, exact = NormalForm.uniform(1, tol=1e3), FORMS["exact"]
+    assert first.fold(1.0) == pytest.approx(exact.fold(1.0), rel=1e-12)
+    assert first.maxwell(1.0) == pytest.approx(exact.maxwell(1.0), rel=1e-12)
+
+
+def test_fold_converges_with_the_order():
+    folds = [NormalForm.uniform(order, tol=1e-2).fold(15.0)[0] for order in (2, 4, 6, 9, 12, 24)]
+    errors = np.abs(np.array(folds[:-1]) - folds[-1])
+    assert (errors[1:] < 0.1 * errors[:-1]).all()
+
+
+# The potential and its critical points
+
+
+@each_form
+@given(x=st.floats(-5.0, 2.0), beta0=st.floats(0.0, 8.0), lam=st.floats(-1.0, 3.0))
+@settings(max_examples=25, deadline=None)
+def test_derivative_of_the_potential_is_the_normal_form(kind, x, beta0, lam):
+    form = FORMS[kind]
+    U, h = form.at(beta0), 1e-4
+    numerical = (U(x + h, lam) - U(x - h, lam)) / (2 * h)
+    assert float(numerical) == pytest.approx(float(form.derivative(x, beta0, lam)), abs=1e-5)
+    assert float(U(x, lam)) == pytest.approx(quad(lambda t: float(U.derivative(t, lam)), 0, x)[0], abs=1e-8)
+
+
+def test_quartic_potential_is_the_one_of_the_paper():
+    x, beta0, lam = -1.3, 4.0, -0.1
+    wanted = x**4 / 4 + 0.696 * beta0 * x**3 / 3 - 7.29 * lam * x**2 / 2
+    assert float(FORMS["paper"].potential(x, beta0, lam)) == pytest.approx(wanted, rel=1e-14)
+
+
+@each_form
+@given(beta0=st.floats(0.5, 15.0), lam=st.floats(-0.5, -1e-6) | st.floats(1e-6, 0.5))
+@settings(max_examples=40, deadline=None)
+def test_minima_and_maxima_alternate_and_are_stationary(kind, beta0, lam):
+    form = FORMS[kind]
+    points = form.at(beta0).critical_points(lam)
+    assert 0.0 in [point.alpha1 for point in points]
+    kinds = [point.kind for point in points if point.kind != "inflection"]
+    assert all(one != other for one, other in itertools.pairwise(kinds))
+    assert kinds[0] == kinds[-1] == "minimum"
+    for point in points:
+        assert abs(float(form.derivative(point.alpha1, beta0, lam))) < 1e-9
+
+
+@each_form
+@given(beta0=st.floats(0.1, 20.0))
+@settings(max_examples=25, deadline=None)
+def test_maxwell_lies_between_fold_and_zero_at_equal_depth(kind, beta0):
+    form = FORMS[kind]
+    (fold, at_fold), (maxwell, at_maxwell) = form.fold(beta0), form.maxwell(beta0)
+    assert fold < maxwell < 0.0
+    assert at_maxwell < at_fold < 0.0
+    scale = abs(float(form.potential(at_fold, beta0, fold)))
+    assert abs(float(form.potential(at_maxwell, beta0, maxwell))) < 1e-8 * scale
+    delay = form.delay(beta0)
+    assert delay[0] == 0.0
+    assert delay[1] < at_maxwell
+
+
+@each_form
+def test_global_minimum_switches_at_the_maxwell_point(kind):
+    form = FORMS[kind]
+    U = form.at(4.0)
+    lam, alpha1 = U.maxwell()
+    assert U.global_minimum(lam - 1e-6).alpha1 == 0.0
+    assert U.global_minimum(lam + 1e-6).alpha1 == pytest.approx(alpha1, abs=1e-4)
+
+
+@each_form
+def test_barriers_cross_at_the_maxwell_point_and_vanish_at_the_ends(kind):
+    form = FORMS[kind]
+    U = form.at(4.0)
+    fold, maxwell = U.fold()[0], U.maxwell()[0]
+    assert U.barrier(maxwell) == pytest.approx(U.barrier(maxwell, "detached"), rel=1e-9)
+    assert U.barrier(-1e-4) < 1e-6 < U.barrier(-1e-4, "detached")
+    assert U.barrier(fold + 1e-4, "detached") < 1e-4 < U.barrier(fold + 1e-4)
+
+
+@each_form
+def test_pitchfork_at_beta0_zero(kind):
+    form = FORMS[kind]
+    assert form.fold(0.0) == form.maxwell(0.0) == form.delay(0.0) == (0.0, 0.0)
+    assert form.alpha1(0.0, -0.1).size == 0
+    lower, upper = form.alpha1(0.0, 0.1)
+    assert lower == pytest.approx(-upper, rel=1e-12)
+    assert [point.kind for point in form.at(0.0).critical_points(0.0)] == ["minimum"]
+
+
+def test_points_of_the_plane_come_as_arrays_too():
+    lam, alpha1 = FORMS["uniform"].fold(np.array([[1.0, 2.0], [4.0, 0.0]]))
+    assert lam.shape == alpha1.shape == (2, 2)
+    assert lam[0, 1] == FORMS["uniform"].fold(2.0)[0]
+
+
+def test_a_positive_factor_moves_the_maxwell_point_as_documented():
+    a2 = FORMS["exact"].a2
+    for power, ratio in ((0, 8 / 9), (1, 0.8693), (-1, 0.9057)):
+        # dU = (p/T0)^power times the normal form at lambda = share of the fold's
+        level = -ratio * a2 * a2 / 4
+        lower = -0.5 * a2 - math.sqrt(a2 * a2 / 4 + level)
+        depth = quad(lambda a, p=power, q=level: (1 + a) ** p * a * (a * a + a2 * a - q), 0, lower)[0]
+        assert abs(depth) < 1e-6
+
+
+def test_uniform_potential_ends_where_the_series_does():
+    form = FORMS["uniform"]
+    low, high = form.at(20.0).domain
+    assert np.isnan(form.potential([low - 0.1, high + 0.1], 20.0, 0.0)).all()
+    assert np.isfinite(form.potential([low, high], 20.0, 0.0)).all()
+
+
+# From a branch
+
+
+@pytest.mark.parametrize("beta0", [1.0, 4.0, 10.0])
+def test_branch_potential_agrees_with_the_series(beta0):
+    U, form = branch_potential(branch(beta0, -1.2 * beta0, 0.2 * beta0)), FORMS["uniform"]
+    assert U.fold() == pytest.approx(form.fold(beta0), rel=1e-9)
+    assert U.maxwell() == pytest.approx(form.maxwell(beta0), rel=1e-9)
+    assert U.delay()[1] == pytest.approx(form.delay(beta0)[1], rel=1e-9)
+    x = np.linspace(-beta0, 0.1 * beta0, 7)
+    np.testing.assert_allclose(U(x, -0.1), form.potential(x, beta0, -0.1), atol=1e-8 * beta0**4)
+
+
+def test_branch_potential_adds_T_and_does_not_care_for_the_direction():
+    forward = branch(4.0, -5.0, -0.05)
+    backward = SimpleNamespace(lam=forward.lam[::-1], alpha1=forward.alpha1[::-1], beta0=np.full(161, 4.0))
+    assert branch_potential(forward).maxwell() == pytest.approx(
+        branch_potential(backward).maxwell(), rel=1e-12
+    )
+    assert branch_potential(forward).maxwell() == pytest.approx(FORMS["uniform"].maxwell(4.0), rel=1e-8)
+
+
+def test_branch_potential_uses_the_part_on_which_alpha1_is_monotone():
+    good = branch(4.0, -5.0, 1.0)
+    turned = SimpleNamespace(
+        lam=np.append([7.0, 6.0], good.lam), alpha1=np.append([-4.0, -4.5], good.alpha1), beta0=4.0
+    )
+    assert branch_potential(turned).maxwell() == pytest.approx(branch_potential(good).maxwell(), rel=1e-10)
+
+
+def test_short_branches_say_what_they_lack():
+    with pytest.raises(NoEquilibrium, match="no fold"):
+        branch_potential(branch(4.0, -1.0, 1.0)).fold()
+    with pytest.raises(NoEquilibrium, match="no Maxwell point"):
+        branch_potential(branch(4.0, -1.6, 1.0)).maxwell()
+    with pytest.raises(NoEquilibrium, match="lambda = 0"):
+        branch_potential(branch(4.0, -2.0, 1.0)).delay()
+    with pytest.raises(InvalidInput, match="too few"):
+        branch_potential(branch(4.0, -2.0, 1.0, points=4))
+    mixed = branch(4.0, -2.0, 1.0)
+    mixed.beta0 = np.linspace(1.0, 4.0, mixed.lam.size)
+    with pytest.raises(InvalidInput, match="one beta0"):
+        branch_potential(mixed)
+
+
+# Fits
+
+
+def test_fit_gives_back_the_form_it_is_shown():
+    alpha1 = np.linspace(-4.0, 1.0, 50)
+    shown = SimpleNamespace(lam=FORMS["paper"].lam(alpha1, 4.0), alpha1=alpha1, beta0=4.0)
+    form = NormalForm.fit(shown)
+    assert (form.a1, form.a2) == pytest.approx((-7.29, 0.696), rel=1e-12)
+    assert max(form.quality.uncertainty) < 1e-10
+
+
+def test_fit_of_the_true_branch_gives_the_papers_numbers_and_drifts_to_the_exact_ones():
+    truth = branch(4.0, -8.0, 5.0, 2001)
+    fit = NormalForm.fit(truth, window=1.0)
+    assert fit.a1 == pytest.approx(-7.29, abs=0.005)
+    assert fit.a2 == pytest.approx(0.696, abs=0.0015)
+    assert fit.kind == "fit"
+    assert fit.quality.drift[0] == pytest.approx(fit.a1 - NormalForm.fit(truth, window=0.5).a1, abs=1e-14)
+    assert fit.quality.uncertainty[0] > math.sqrt(fit.quality.covariance[0][0])
+    small = NormalForm.fit(branch(0.2, -0.3, 0.2, 2001), window=0.01)
+    exact = FORMS["exact"]
+    assert small.a1 == pytest.approx(exact.a1, rel=1e-3)
+    assert abs(NormalForm.fit(truth, window=3.0).a1 - exact.a1) > abs(fit.a1 - exact.a1)
+
+
+def test_fit_to_several_branches_at_once():
+    parts = [branch(b, -5.0, 3.0) for b in (0.0, 2.0, 4.0)]
+    joined = SimpleNamespace(
+        lam=np.concatenate([p.lam for p in parts]),
+        alpha1=np.concatenate([p.alpha1 for p in parts]),
+        beta0=np.repeat([0.0, 2.0, 4.0], 161),
+    )
+    assert NormalForm.fit(joined).a1 == pytest.approx(-7.30, abs=0.01)
+
+
+def test_bad_branches_for_a_fit():
+    with pytest.raises(InvalidInput, match="a fit needs three"):
+        NormalForm.fit(branch(4.0, -1.0, 1.0), window=1e-9)
+    with pytest.raises(InvalidInput, match="beta0 = 0"):
+        NormalForm.fit(branch(0.0, -2.0, 2.0))
+    with pytest.raises(InvalidInput, match="window"):
+        NormalForm.fit(branch(4.0, -1.0, 1.0), window=-1.0)
+    broken = branch(4.0, -1.0, 1.0)
+    broken.lam[3] = np.nan
+    with pytest.raises(InvalidInput, match="not finite"):
+        NormalForm.fit(broken)
+    with pytest.raises(InvalidInput, match="one length"):
+        NormalForm.fit(SimpleNamespace(lam=[1.0, 2.0], alpha1=[1.0], beta0=1.0))
+    with pytest.raises(InvalidInput, match="zero or positive"):
+        NormalForm.fit(SimpleNamespace(lam=[0.1] * 4, alpha1=[1.0] * 4, beta0=-1.0))
+
+
+def test_three_points_are_enough_but_leave_the_drift_open():
+    quality = NormalForm.fit(branch(4.0, -2.0, -1.0, 3), window=0.3).quality
+    assert quality.points == 3
+    assert np.isnan(quality.drift).all()
+    assert np.isfinite(quality.uncertainty).all()
+
+
+# Bad input
+
+
+@each_form
+@pytest.mark.parametrize("beta0", [-1.0, math.nan, math.inf])
+def test_bad_beta0(kind, beta0):
+    form = FORMS[kind]
+    for call in (form.fold, form.maxwell, form.delay, form.at):
+        with pytest.raises(InvalidInput, match="beta0"):
+            call(beta0)
+
+
+def test_beyond_the_series_there_is_an_error_with_a_remedy():
+    with pytest.raises(NoEquilibrium, match="smaller beta0"):
+        FORMS["uniform"].fold(37.0)
+    with pytest.raises(NoEquilibrium, match="two minima"):
+        FORMS["exact"].at(4.0).barrier(0.1)
+    with pytest.raises(InvalidInput, match="'adhered' or 'detached'"):
+        FORMS["exact"].at(4.0).barrier(-0.1, "up")
+    with pytest.raises(OutOfRange):
+        NormalForm.uniform(99)
+
+
+# Design relations
+
+
+def test_pressures_of_the_paper():
+    rod, form = Rod(2.3e-5, 140e3, 0.73e-3), FORMS["paper"]
+    assert design.fold_pressure(rod, form) / 140e3 == pytest.approx(0.652)
+    assert design.maxwell_pressure(rod, form) / 140e3 == pytest.approx(0.536)
+    assert design.plateau_pressure(rod, form) / 140e3 == pytest.approx(0.304)
+
+
+def test_profile_solves_the_equation_of_state_and_passes_the_points_of_fig_10():
+    rod = Rod(2.3e-5, 140e3, 0.73e-3)
+    length = rod.eta * np.array([3.3, 3.6, 4.0])
+    pressure = design.pressure_profile(rod, length)
+    assert np.abs(design.equation_of_state(rod, pressure, length) / 140e3**3).max() < 1e-14
+    fig10 = design.pressure_profile(Rod.from_ratio(0.566), np.array([2.128, 5.664]) / 0.566, FORMS["paper"])
+    np.testing.assert_allclose(fig10, 0.25, atol=1e-4)
+
+
+def test_profile_starts_at_the_fold():
+    rod, form = Rod.from_ratio(2.0), FORMS["exact"]
+    length = np.linspace(2.0, 3.0, 20001)
+    pressure = design.pressure_profile(rod, length, form)
+    first = int(np.argmax(np.isfinite(pressure)))
+    assert np.isnan(pressure[:first]).all()
+    assert pressure[first] == pytest.approx(design.fold_pressure(rod, form), abs=0.02)
+
+
+def test_small_ratios_tend_to_the_plateau():
+    rod = Rod.from_ratio(1e-4)
+    assert design.pressure_profile(rod, 60.0) == pytest.approx(design.plateau_pressure(rod), abs=1e-6)
+
+
+@pytest.mark.parametrize("source", ["paper", "exact"])
+@given(ratio=st.floats(0.05, 1000.0))
+@settings(max_examples=40, deadline=None)
+def test_maxwell_length_solves_42(source, ratio):
+    s = design.maxwell_length(ratio, source)
+    form = FORMS[source]
+    left, right = s**4 / ratio**3 - math.pi**4, 2 / (9 * form.a1) * (form.a2 * s**3 / ratio**3) ** 2
+    assert left == pytest.approx(right, abs=1e-12 * math.pi**4 + 1e-12 * abs(right))
+    exponent = design.maxwell_exponent(ratio, source)
+    step = math.log(
+        design.maxwell_length(ratio * 1.0001, source) / design.maxwell_length(ratio / 1.0001, source)
+    )
+    assert exponent == pytest.approx(step / (2 * math.log(1.0001)), abs=1e-6)
+    assert 0.75 < exponent < 1.0
+
+
+def test_maxwell_length_tends_to_the_critical_length_for_stiff_rods():
+    rod = Rod.from_ratio(1000.0)
+    assert design.maxwell_length(1000.0) == pytest.approx(rod.critical_length / rod.adhesion_range, rel=1e-5)
+    assert design.maxwell_exponent(1e4) == pytest.approx(0.75, abs=1e-6)
+
+
+def test_maxwell_length_from_a_curve_and_from_a_fit():
+    beta0 = np.geomspace(0.1, 24.0, 60)
+    curve = SimpleNamespace(beta0=beta0, lam=FORMS["uniform"].maxwell(beta0)[0])
+    lam, _ = FORMS["uniform"].maxwell(7.0)
+    ratio = (math.pi**4 + lam) / 7.0 ** (4 / 3)
+    assert design.maxwell_length(ratio, "branch", curve=curve) == pytest.approx(
+        ratio * 7.0 ** (1 / 3), rel=1e-7
+    )
+    far = design.maxwell_length([0.3, 1.0, 50.0], "branch", curve=curve)
+    assert np.isnan(far[:2]).all()
+    assert far[2] == pytest.approx(design.maxwell_length(50.0), rel=1e-4)
+    assert design.maxwell_exponent(50.0, "branch", curve=curve) == pytest.approx(0.75, abs=2e-3)
+    fit = NormalForm.fit(branch(4.0, -8.0, 5.0))
+    assert design.maxwell_length(2.0, "fit", form=fit) == pytest.approx(
+        design.maxwell_length(2.0, "paper"), rel=1e-3
+    )
+
+
+def test_notes_say_why_there_is_no_value_or_flag_it():
+    beta0 = np.geomspace(0.1, 20.0, 30)
+    curve = SimpleNamespace(beta0=beta0, lam=FORMS["uniform"].maxwell(beta0)[0])
+    assert "still has a root" in design.maxwell_note(0.3)
+    assert design.maxwell_note(2.0) == ""
+    assert design.maxwell_note(0.3, "branch", curve=curve).endswith("below 0.499")
+    assert "does not reach" in design.maxwell_note(0.8, "branch", curve=curve)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, [1.0, math.inf]])
+def test_bad_ratio(ratio):
+    with pytest.raises(InvalidInput, match="ratio"):
+        design.maxwell_length(ratio)
+
+
+def test_sources_say_what_they_need():
+    with pytest.raises(InvalidInput, match="curve="):
+        design.maxwell_length(1.0, "branch")
+    with pytest.raises(InvalidInput, match="four points"):
+        design.maxwell_length(1.0, "branch", curve=SimpleNamespace(beta0=[1.0], lam=[-0.01]))
+    with pytest.raises(InvalidInput, match=r"NormalForm\.fit"):
+        design.maxwell_length(1.0, "fit")
+    with pytest.raises(InvalidInput, match="source"):
+        design.maxwell_length(1.0, "guess")
+    with pytest.raises(InvalidInput, match="closed formulas"):
+        design.fold_pressure(Rod.from_ratio(1.0), FORMS["uniform"])
+    with pytest.raises(InvalidInput, match="length"):
+        design.pressure_profile(Rod.from_ratio(1.0), [1.0, -1.0])

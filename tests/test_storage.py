@@ -1,0 +1,232 @@
+"""Files: whole or not at all, bit for bit, and nothing foreign is believed."""
+
+import json
+import math
+import pickle
+import zipfile
+from dataclasses import asdict, fields
+
+import numpy as np
+import pytest
+
+from peel_opt.detachment import equilibrium, pressure_given_length
+from peel_opt.errors import InvalidInput
+from peel_opt.result import Equilibrium
+from peel_opt.rod import Rod
+from peel_opt.shape import Shape
+from peel_opt.storage import atomic_write
+
+QUESTIONS = {
+    "si": lambda: pressure_given_length(Rod(2.3e-5, 140e3, 0.73e-3), 1.9e-3),
+    "ratio": lambda: pressure_given_length(Rod.from_ratio(0.566), 3.5),
+    "groups": lambda: equilibrium(beta0=53.16, beta1=113.1),
+    "beta0=0": lambda: equilibrium(beta0=0.0, lam=1.0),
+    "nothing": lambda: pressure_given_length(Rod.from_ratio(1.0), 9.0, throw=False),
+}
+
+
+@pytest.fixture(scope="module")
+def answers():
+    return {name: ask() for name, ask in QUESTIONS.items()}
+
+
+def write(eq, path):
+    return eq.save(path) if path.suffix == ".npz" else eq.to_csv(path)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_a_round_trip_keeps_every_bit(answers, name, suffix, tmp_path):
+    eq = answers[name]
+    path = tmp_path / f"answer{suffix}"
+    assert write(eq, path) == path
+    back = Equilibrium.load(path)
+    for f in fields(Equilibrium):
+        if f.name not in ("source", "stats"):
+            assert repr(getattr(back, f.name)) == repr(getattr(eq, f.name)), f.name
+    assert repr(asdict(back.stats)) == repr(asdict(eq.stats))
+    assert back.rod == eq.rod
+    for array in (f.name for f in fields(Shape)):
+        assert getattr(back.shape, array).tobytes() == getattr(eq.shape, array).tobytes(), array
+    for array in ("s", "x", "y", "theta", "curvature", "Nx", "Ny"):
+        assert getattr(back, array).tobytes() == getattr(eq, array).tobytes(), array
+    assert repr(back.summary()) == repr(eq.summary())
+
+
+def test_the_csv_can_be_read_by_others(answers, tmp_path):
+    eq = answers["si"]
+    path = eq.to_csv(tmp_path / "answer.csv")
+    table = np.genfromtxt(path, delimiter=",", names=True, comments=None, skip_header=_comments(path))
+    np.testing.assert_array_equal(table["s_m"], eq.s)
+    np.testing.assert_array_equal(table["y_m"], eq.y)
+    text = path.read_text()
+    assert f"# pressure [Pa] = {eq.pressure!r}\n" in text
+    assert "s [m],x [m],y [m],curvature [1/m],Nx [N/m],Ny [N/m],s/sbar" in text
+
+
+def _comments(path):
+    return sum(line.startswith("#") for line in path.read_text().splitlines())
+
+
+def test_units_follow_the_rod(answers):
+    assert answers["si"].summary()["pressure [Pa]"] == answers["si"].pressure
+    assert answers["ratio"].summary()["length [eta]"] == pytest.approx(3.5)
+    assert answers["groups"].summary()["pressure [k/sbar^3]"] == answers["groups"].alpha
+    assert math.isnan(answers["nothing"].summary()["tip_height [eta]"])
+
+
+def test_a_message_with_line_breaks_survives_csv(tmp_path):
+    eq = Equilibrium.nothing(None, "alpha1", 1e-8, "failed", "one\n# two = 3\nthrée")
+    assert Equilibrium.load(eq.to_csv(tmp_path / "a.csv")).message == eq.message
+
+
+# --- writing ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, ValueError, OSError, SystemExit])
+@pytest.mark.parametrize("before", [None, b"as it was"])
+def test_an_interrupted_write_leaves_nothing_behind(tmp_path, interruption, before):
+    path = tmp_path / "file"
+    if before is not None:
+        path.write_bytes(before)
+
+    def writer(file):
+        file.write(b"half of i")
+        raise interruption
+
+    with pytest.raises((interruption, InvalidInput)):
+        atomic_write(path, writer)
+    assert [p.name for p in tmp_path.iterdir()] == ([] if before is None else ["file"])
+    assert before is None or path.read_bytes() == before
+
+
+def test_a_write_replaces_what_was_there(tmp_path):
+    path = tmp_path / "file"
+    for content in (b"first", b"second"):
+        assert atomic_write(str(path), lambda file, content=content: file.write(content)) == path
+        assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [
+        ("", "is a folder"),
+        ("missing/file", "no folder"),
+        ("plain/file", "no folder"),
+        ("x" * 300, "cannot write"),
+        ("nul\0byte", "cannot write"),
+    ],
+)
+def test_a_path_that_cannot_be_written_is_one_line(tmp_path, where, words):
+    (tmp_path / "plain").write_text("a file")
+    with pytest.raises(InvalidInput, match=words) as caught:
+        atomic_write(tmp_path / where, lambda file: file.write(b"x"))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_folder_without_permission_is_one_line(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("os.replace", refuse)
+    with pytest.raises(InvalidInput, match="Permission denied"):
+        atomic_write(tmp_path / "file", lambda file: file.write(b"x"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_device_is_not_replaced():
+    with pytest.raises(InvalidInput, match="regular file"):
+        atomic_write("/dev/null", lambda file: file.write(b"x"))
+
+
+# --- reading ------------------------------------------------------------------------------
+
+
+def refused(path, words="file|read"):
+    with pytest.raises(InvalidInput, match=words) as caught:
+        Equilibrium.load(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+@pytest.mark.parametrize("keep", [0, 1, 10, 0.3, 0.9, -1])
+def test_truncated_files_are_refused(answers, tmp_path, suffix, keep):
+    path = write(answers["si"], tmp_path / f"a{suffix}")
+    data = path.read_bytes()
+    path.write_bytes(data[: keep if isinstance(keep, int) else int(keep * len(data))])
+    refused(path)
+
+
+def test_a_csv_that_lost_lines_is_refused(answers, tmp_path):
+    path = answers["si"].to_csv(tmp_path / "a.csv")
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-3]))
+    refused(path, "numbers")
+    path.write_text("".join(line for line in lines if not line.startswith("# alpha1 =")))
+    refused(path, "alpha1")
+
+
+def test_a_damaged_npz_is_refused(answers, tmp_path):
+    path = answers["si"].save(tmp_path / "a.npz")
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    path.write_bytes(data)
+    refused(path)
+
+
+def test_foreign_files_are_refused(answers, tmp_path):
+    path = tmp_path / "foreign"
+    for content in (b"", b"\0" * 100, b"x,y\n1,2\n", b"\xff\xfe\x00", b"PK\x03\x04 no zip"):
+        path.write_bytes(content)
+        refused(path)
+    np.savez(tmp_path / "foreign.npz", a=np.arange(3))
+    refused(tmp_path / "foreign.npz", "metadata")
+    np.save(tmp_path / "foreign.npy", np.arange(3))
+    refused(tmp_path / "foreign.npy")
+    refused(tmp_path / "missing.npz", "No such file")
+    refused(tmp_path, "directory")
+
+
+class Trap:
+    """What unpickling must never run."""
+
+    def __reduce__(self):
+        return (pytest.fail, ("a pickle was run",))
+
+
+def test_pickles_are_refused(tmp_path):
+    path = tmp_path / "trap"
+    path.write_bytes(pickle.dumps(Trap()))
+    refused(path)
+    with zipfile.ZipFile(tmp_path / "trap.npz", "w") as archive, archive.open("metadata.npy", "w") as file:
+        np.lib.format.write_array(file, np.array(Trap(), dtype=object), allow_pickle=True)
+    refused(tmp_path / "trap.npz", "pickle|Object")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("schema", "something else", "something else"),
+        ("schema_version", 2, "version"),
+        ("alpha1", "three", "alpha1"),
+        ("flags", "y > y0", "flags"),
+        ("law", None, "law"),
+        ("points", 7, "7 numbers"),
+        ("bending_stiffness [N m]", -1.0, "positive"),
+    ],
+)
+def test_metadata_that_means_nothing_is_refused(answers, tmp_path, key, value, words):
+    path = answers["si"].save(tmp_path / "a.npz")
+    with np.load(path, allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    head = json.loads(str(arrays.pop("metadata")))
+    head[key] = value
+    np.savez(path, metadata=np.array(json.dumps(head)), **arrays)
+    refused(path, words)
+
+
+def test_a_file_that_unpacks_to_far_too_much_is_refused(tmp_path):
+    path = tmp_path / "bomb.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("metadata.npy", b"\0" * 80_000_000)
+    refused(path, "too large")

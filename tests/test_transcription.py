@@ -1,0 +1,146 @@
+"""The discretisations: orders as theory says, profiles that carry over, the NLP by itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt import nlp
+from peel_opt.closures import Closure, rows
+from peel_opt.cohesion import COHESIVE, LINEAR
+from peel_opt.elastica import Scalars, kernel
+from peel_opt.newton import correct
+from peel_opt.primary import primary_branch
+from peel_opt.transcription import Profile, Shooting, Spectral
+from peel_opt.transcription.base import PROFILE_POINTS, chebyshev
+
+GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))
+ALPHA1 = -4.43540698907106
+
+
+def kernel_profile(amplitude: float, sigma: float) -> Profile:
+    """The mode (22) with an amplitude, as a start."""
+    zeta, _ = chebyshev(PROFILE_POINTS)
+    mode = kernel(zeta)
+    nx = -(sigma**3) * (mode["Y"] - mode["Y"][0])
+    K = np.gradient(mode["Theta"], zeta)
+    values = np.stack([mode["Theta"], K, nx, mode["ny"], mode["Y"]], axis=-1)[None]
+    return Profile(np.ones(1), values, Scalars(amplitude, float(mode["m"]), sigma, 0.0))
+
+
+def start(amplitude: float = 0.15) -> Profile:
+    return kernel_profile(amplitude, math.cbrt(4.0))
+
+
+@pytest.mark.parametrize(
+    ("integrator", "order", "counts"),
+    [
+        ("midpoint", 2, (40, 80, 160)),
+        ("rk4", 4, (20, 40, 80)),
+        ("dopri5", 5, (10, 20, 40)),
+        ("dop853", 8, (4, 8, 16)),
+    ],
+)
+def test_order_of_the_integrator(integrator: str, order: int, counts: tuple[int, ...]) -> None:
+    errors = []
+    for count in counts:
+        problem = Shooting(count, integrator).discretise(LINEAR.pieces)
+        result = correct(problem, problem.pack(start()), rows(*GROUPS))
+        assert result.converged
+        errors.append(abs(problem.scalars(result.x).alpha1 - ALPHA1))
+    rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert rates[-1] > order - 0.6
+    assert rates[-1] < order + 2.0  # superconvergence of one order is seen, two would be a bug
+
+
+def test_steps_inside_an_interval_count_like_intervals() -> None:
+    errors = []
+    for settings in (Shooting(10, "rk4", steps=4), Shooting(40, "rk4")):
+        problem = settings.discretise(LINEAR.pieces)
+        result = correct(problem, problem.pack(start()), rows(*GROUPS))
+        errors.append(problem.scalars(result.x).alpha1 - ALPHA1)
+    assert errors[0] == pytest.approx(errors[1], rel=1e-6)
+
+
+def test_spectral_convergence_is_faster_than_any_power() -> None:
+    errors = []
+    for nodes in (4, 6, 8, 10):
+        problem = Spectral(nodes).discretise(LINEAR.pieces)
+        result = correct(problem, problem.pack(start()), rows(*GROUPS))
+        errors.append(abs(problem.scalars(result.x).alpha1 - ALPHA1))
+    assert errors[-1] < 1e-8
+    rates = -np.diff(np.log(errors)) / np.diff(np.log([4, 6, 8, 10]))
+    assert rates[-1] > 12
+
+
+@pytest.mark.parametrize("settings", [Shooting(), Shooting(30, "rk4"), Spectral(12)], ids=repr)
+@pytest.mark.parametrize("P", [0.8, 0.2])
+def test_a_profile_starts_another_method_at_its_solution(settings: object, P: float) -> None:
+    branch = primary_branch(COHESIVE, Closure("ratio", 1.0))
+    branch.extend(lambda p: p.scalars.pressure_ratio < P)
+    given = (Closure("ratio", 1.0), Closure("pressure", P))
+    point = branch.points[-1]
+    problem = settings.discretise(point.problem.phases)  # type: ignore[attr-defined]
+    result = correct(problem, problem.pack(point.profile), rows(*given))
+    assert result.converged
+    again = correct(problem, problem.pack(problem.profile(result.x)), rows(*given))
+    assert again.iterations <= 3
+    assert again.x[-2] == pytest.approx(result.x[-2], abs=1e-12)
+
+
+def test_samples_of_two_methods_agree_between_their_nodes() -> None:
+    zeta = np.linspace(0.0, 1.0, 23)
+    samples = []
+    for settings in (Shooting(24), Spectral(20)):
+        problem = settings.discretise(LINEAR.pieces)
+        result = correct(problem, problem.pack(start()), rows(*GROUPS))
+        samples.append(problem.sampler(zeta)(result.x).full())
+    np.testing.assert_allclose(samples[0], samples[1], atol=3e-9)
+
+
+def test_elements_refine_like_nodes() -> None:
+    problem = Spectral(nodes=6, elements=4).discretise(LINEAR.pieces)
+    result = correct(problem, problem.pack(start()), rows(*GROUPS))
+    assert abs(problem.scalars(result.x).alpha1 - ALPHA1) < 1e-9
+
+
+@pytest.mark.parametrize("amplitude", [0.1, 0.2, 0.5])
+def test_ipopt_from_the_mode_alone(amplitude: float) -> None:
+    """The bare NLP, started from the kernel (22): the straight rod is no solution of it."""
+    problem = Shooting(12).discretise(LINEAR.pieces)
+    solution = nlp.solve(problem, problem.pack(start(amplitude)), GROUPS)
+    assert solution.solved
+    assert problem.scalars(solution.x).alpha1 == pytest.approx(ALPHA1, abs=1e-7)
+
+
+def test_ipopt_says_when_it_fails() -> None:
+    problem = Shooting(12).discretise(LINEAR.pieces)
+    below_the_fold = (GROUPS[0], Closure("lam", -5.0))
+    solution = nlp.solve(problem, problem.pack(start()), below_the_fold)
+    assert not solution.solved
+
+
+def test_a_failed_nlp_is_a_typed_error() -> None:
+    hasty = po.Method(Shooting(2, "midpoint"), po.Ipopt(max_iterations=1))
+    with pytest.raises(po.NotConverged, match="IPOPT stopped with"):
+        po.equilibrium(beta0=4, lam=1.0, method=hasty)
+
+
+def test_solvability_at_zero_amplitude_is_the_critical_condition() -> None:
+    problem = Spectral(16).discretise(LINEAR.pieces)
+    given = rows(Closure("length", 1.3), Closure("amplitude", 0.0))
+    result = correct(problem, problem.pack(kernel_profile(0.0, 1.3)), given)
+    assert result.converged
+    assert problem.scalars(result.x).lam == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"intervals": 0}, {"intervals": 2.5}, {"steps": -1}, {"integrator": "euler"}, {"intervals": True}],
+)
+def test_settings_that_cannot_be_meant(arguments: dict) -> None:
+    with pytest.raises(po.InvalidInput):
+        Shooting(**arguments)
