@@ -261,8 +261,12 @@ class Family:
         a, b, c = (chart(v[-4:])[0] for v in (here.x, there.x, x))
         return bool(np.linalg.norm(c - a) + np.linalg.norm(b - c) < 1.1 * np.linalg.norm(b - a) + 1e-9)
 
-    def turning_point(self, here: Point, there: Point, rate: Callable[[Point], float]) -> Point:
+    def turning_point(
+        self, here: Point, there: Point, rate: Callable[[Point], float]
+    ) -> tuple[Point, tuple[float, float]]:
         """Locate where ``rate`` vanishes between two neighbouring points.
+
+        Returns the nearer end of the last bracket, and the arclengths of both.
 
         Bracketed secant steps, each taken from the lower end of the bracket, so that every
         point is reached by a short step along the branch.
@@ -279,7 +283,7 @@ class Family:
                 low = point
             else:
                 high = point
-        return min(low, high, key=lambda p: abs(rate(p)))
+        return min(low, high, key=lambda p: abs(rate(p))), (low.arclength, high.arclength)
 
 
 def _stacked(*parts: Rows) -> Rows:

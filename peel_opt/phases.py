@@ -29,7 +29,7 @@ def layout(law: CohesiveLaw, profile: Profile) -> Layout:
     pieces = law.pieces
     if len(pieces) == 1:
         return Layout(pieces, ())
-    xi, u = _heights_with_extrema(profile)
+    xi, u = heights_with_extrema(profile)
     crossings = sorted(
         crossing
         for below, kink in enumerate(law.kinks)
@@ -43,7 +43,7 @@ def layout(law: CohesiveLaw, profile: Profile) -> Layout:
     return Layout(tuple(sequence), tuple(breaks))
 
 
-def _heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
+def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
     """u on the profile's points, and at the vertices of its interior extrema."""
     xi, u = profile.coordinates().ravel(), profile.heights().ravel()
     keep = np.append(True, np.diff(xi) > 0)

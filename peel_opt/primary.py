@@ -26,6 +26,7 @@ from .cohesion import COHESIVE, CohesiveLaw
 from .continuation import Family, Point, StepControl, chart, transition
 from .elastica import Scalars
 from .errors import NotConverged
+from .specials import FOLDS, Located, locate
 from .transcription import Spectral
 from .transcription.base import Profile
 
@@ -37,20 +38,6 @@ LONGEST = 400
 
 #: The states between T and the minimum pressure.
 UNFOLDED = ("middle", "lower")
-
-#: Rates that vanish at the folds of a branch, by the closure that is fixed along it.
-FOLDS: dict[str, dict[str, Callable[[Point], float]]] = {
-    "ratio": {"LP-pressure": lambda p: p.pressure_rate, "LP-length": lambda p: p.turn.sigma},
-    "length": {"LP-lambda": lambda p: p.turn.lam},
-}
-
-
-@dataclass(frozen=True, eq=False)
-class Fold:
-    """A located fold."""
-
-    kind: str
-    point: Point
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +115,7 @@ class PrimaryBranch:
     family: Family
     side: int = 1
     points: list[Point] = field(default_factory=list)
-    folds: list[Fold] = field(default_factory=list)
+    folds: list[Located] = field(default_factory=list)
     ended: str = ""
     _walk: Iterator[Point] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -186,15 +173,11 @@ class PrimaryBranch:
 
     def _insert_folds(self, here: Point, there: Point) -> None:
         """Make every fold a point, so that p and sbar are monotone between neighbours."""
-        found = []
-        for kind, rate in FOLDS[self.family.closure.kind].items():
-            if rate(here) * rate(there) < 0:
-                found.append(Fold(kind, self.family.turning_point(here, there, rate)))
-        for fold in sorted(found, key=lambda f: f.point.arclength):
+        for fold in locate(self.family, here, there, FOLDS[self.family.closure.kind]):
             self.folds.append(fold)
             insort(self.points, fold.point, key=lambda p: p.arclength)
 
-    def fold(self, kind: str) -> Fold | None:
+    def fold(self, kind: str) -> Located | None:
         """The first fold of a kind met so far."""
         return next((f for f in self.folds if f.kind == kind), None)
 

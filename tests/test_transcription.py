@@ -13,7 +13,8 @@ from peel_opt.closures import Closure, rows
 from peel_opt.cohesion import COHESIVE, LINEAR
 from peel_opt.elastica import Scalars, kernel
 from peel_opt.newton import correct
-from peel_opt.primary import primary_branch
+from peel_opt.continuation import Family
+from peel_opt.primary import PATH, PrimaryBranch
 from peel_opt.transcription import Profile, Shooting, Spectral
 from peel_opt.transcription.base import PROFILE_POINTS, chebyshev
 
@@ -79,7 +80,7 @@ def test_spectral_convergence_is_faster_than_any_power() -> None:
 @pytest.mark.parametrize("settings", [Shooting(), Shooting(30, "rk4"), Spectral(12)], ids=repr)
 @pytest.mark.parametrize("P", [0.8, 0.2])
 def test_a_profile_starts_another_method_at_its_solution(settings: object, P: float) -> None:
-    branch = primary_branch(COHESIVE, Closure("ratio", 1.0))
+    branch = PrimaryBranch(Family(COHESIVE, PATH, Closure("ratio", 1.0)))
     branch.extend(lambda p: p.scalars.pressure_ratio < P)
     given = (Closure("ratio", 1.0), Closure("pressure", P))
     point = branch.points[-1]

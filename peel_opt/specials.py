@@ -1,0 +1,83 @@
+"""Special points of a branch: what vanishes there, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from .continuation import FOLD_WIDTH, Family, Point
+from .phases import heights_with_extrema
+
+#: A function of a point that changes sign at a special point.
+Monitor = Callable[[Point], float]
+
+
+def tip_excess(point: Point) -> float:
+    """u - 1 at the tip."""
+    return float(point.profile.heights()[0, 0]) - 1.0
+
+
+def highest_excess(point: Point) -> float:
+    """u - 1 at the highest place of the rod."""
+    profile = point.profile
+    xi, u = heights_with_extrema(profile)
+    top = int(np.argmax(u))
+    if top in (0, len(u) - 1):
+        return float(u[top]) - 1.0
+    around = minimize_scalar(
+        lambda x: -float(profile.scalars.height(profile.at(np.array([x]))[0, 4])),
+        bounds=(xi[top - 1], xi[top + 1]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(-float(around.fun), float(u[top])) - 1.0
+
+
+#: Monitors by kind of special point.  Two monitors may share a kind.
+PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.pressure_rate)
+LENGTH: tuple[str, Monitor] = ("LP-length", lambda p: p.turn.sigma)
+LAMBDA: tuple[str, Monitor] = ("LP-lambda", lambda p: p.turn.lam)
+RATIO: tuple[str, Monitor] = ("LP-ratio", lambda p: p.turn.ratio)
+RANGE: tuple[tuple[str, Monitor], ...] = (("y=y0", tip_excess), ("y=y0", highest_excess))
+TIP: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
+
+#: The folds of a family, by the closure that stays fixed along it.
+FOLDS: dict[str, tuple[tuple[str, Monitor], ...]] = {
+    "ratio": (PRESSURE, LENGTH),
+    "length": (LAMBDA,),
+    "pressure": (LENGTH,),
+    "lam": (LENGTH,),
+    "alpha1": (LENGTH,),
+    "amplitude": (LENGTH,),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """A special point: its kind, the solution there, and the arclengths between which it lies."""
+
+    kind: str
+    point: Point
+    bracket: tuple[float, float]
+
+    @property
+    def status(self) -> str:
+        """Say "located" if the bracket is as narrow as asked for, else "bracketed"."""
+        return "located" if self.bracket[1] - self.bracket[0] <= 10.0 * FOLD_WIDTH else "bracketed"
+
+
+def locate(
+    family: Family, here: Point, there: Point, monitors: tuple[tuple[str, Monitor], ...]
+) -> list[Located]:
+    """Find the special points between two neighbouring points, in order along the branch."""
+    found: list[Located] = []
+    for kind, monitor in monitors:
+        if monitor(here) * monitor(there) < 0.0:
+            point, bracket = family.turning_point(here, there, monitor)
+            same = (p for p in found if p.kind == kind)
+            if all(abs(p.point.arclength - point.arclength) > 1e-8 for p in same):
+                found.append(Located(kind, point, bracket))
+    return sorted(found, key=lambda p: p.point.arclength)
