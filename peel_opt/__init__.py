@@ -8,6 +8,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from .answer import Method
+    from .branch import Branch, SpecialPoint
     from .cohesion import CohesiveLaw, exponential, trapezoidal
     from .detachment import equilibrium, length_given_pressure, pressure_given_length
     from .errors import (
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .nlp import Ipopt
     from .result import Equilibrium
     from .rod import Rod
+    from .tracing import trace
     from .transcription import Shooting, Spectral
 
 #: Where each public name lives; imported when first used, so that ``import peel_opt`` is free.
@@ -39,6 +41,9 @@ _HOMES = {
     "Shooting": "transcription",
     "Spectral": "transcription",
     "Method": "answer",
+    "trace": "tracing",
+    "Branch": "branch",
+    "SpecialPoint": "branch",
     "Ipopt": "nlp",
     "PeelOptError": "errors",
     "InvalidInput": "errors",
@@ -53,6 +58,7 @@ _HOMES = {
 
 __all__ = [
     "AmbiguousState",
+    "Branch",
     "CardError",
     "CohesiveLaw",
     "Equilibrium",
@@ -67,11 +73,13 @@ __all__ = [
     "PeelOptError",
     "Rod",
     "Shooting",
+    "SpecialPoint",
     "Spectral",
     "equilibrium",
     "exponential",
     "length_given_pressure",
     "pressure_given_length",
+    "trace",
     "trapezoidal",
 ]
 

@@ -10,8 +10,9 @@ so that it depends neither on the mesh nor on the method nor on the phases.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -20,10 +21,10 @@ import numpy as np
 from . import closures
 from .closures import Closure
 from .cohesion import Affine, CohesiveLaw
-from .elastica import PI4, Scalars
+from .elastica import PI4, Scalars, kernel
 from .newton import Correction, Rows, correct, correct_contact, factorised
 from .phases import layout, without_empty_phases, without_thinnest_inner_phase
-from .transcription.base import Discretisation, Profile, Transcription
+from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
@@ -294,33 +295,24 @@ def _stacked(*parts: Rows) -> Rows:
     return evaluate
 
 
-def transition(family: Family) -> Point:
-    """The start of a detached branch: T, where the mode (22) leaves the straight rod.
+def transition(family: Family, mode: int = 1) -> Point:
+    """Return the start of a detached branch, where a mode (16) leaves the straight rod.
 
-    Walk from it with A > 0 for the detached side (p < T0).
+    ``mode`` = 1 is T.  Walk from it with A > 0 for the detached side (p < T0).
     """
-    from .elastica import kernel
-    from .transcription.base import PROFILE_POINTS, chebyshev
-
-    slope = family.law.initial_slope
-    lam = PI4 / slope - PI4
+    lam = (mode * math.pi) ** 4 / family.law.initial_slope - PI4
     if family.closure.kind == "ratio":
         sigma = ((lam + PI4) / family.closure.value) ** 0.25
     else:
         sigma = family.closure.value
-    zeta, _ = chebyshev(PROFILE_POINTS)
-    mode = kernel(zeta)
-    beta0 = sigma**3
-    K = np.gradient(mode["Theta"], zeta)  # a start only
-    values = np.stack([mode["Theta"], K, -beta0 * (mode["Y"] - mode["Y"][0]), mode["ny"], mode["Y"]], axis=-1)
-    profile = Profile(np.ones(1), values[None], Scalars(0.0, float(mode["m"]), sigma, lam))
+    fields = kernel(chebyshev(PROFILE_POINTS)[0], mode)
+    nx = -(sigma**3) * (fields["Y"] - fields["Y"][0])
+    values = np.stack([fields["Theta"], fields["K"], nx, fields["ny"], fields["Y"]], axis=-1)
     # Only an affine law can be evaluated at amplitude zero itself.
     small = 0.0 if isinstance(family.law.pieces[0].drop, Affine) else 1e-4
+    profile = Profile(np.ones(1), values[None], Scalars(small, float(fields["m"]), sigma, lam))
     problem = family.transcription.discretise(family.law.pieces[:1])
-    result = correct(
-        problem,
-        problem.pack(replace(profile, scalars=Scalars(small, float(mode["m"]), sigma, lam))),
-        closures.rows(family.closure, Closure("amplitude", small)),
-    )
+    border = closures.rows(family.closure, Closure("amplitude", small))
+    result = correct(problem, problem.pack(profile), border)
     result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

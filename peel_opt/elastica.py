@@ -126,28 +126,33 @@ def rhs(state: Any, scalars: Scalars, piece: Piece) -> list[Any]:
     ]
 
 
-def kernel(xi: np.ndarray) -> dict[str, np.ndarray]:
-    """Mode at T, equation (22), scaled so that Theta(0) = -1 and with N_x/beta0.
+def kernel(xi: np.ndarray, mode: int = 1) -> dict[str, np.ndarray]:
+    """Mode of (13), (14) at beta1 = (mode pi)^4, scaled so that Theta(0) = -1.
+
+    For ``mode`` = 1 this is (22), up to its amplitude.
 
     Returns
     -------
     dict
-        Theta, Theta_xx, Y, ny (arrays like ``xi``) and the number m = alpha1/A at T.
+        Theta, K = Theta', ny = Theta'' and Y (arrays like ``xi``) and the number m = alpha1/A.
+        The remaining field of (22) is N_x = beta0 (Y(0) - Y).
     """
-    pi = math.pi
-    grow = np.expm1(pi)
-    even = (np.exp(pi * xi) + np.exp(pi - pi * xi)) / grow
-    odd = (np.exp(pi * xi) - np.exp(pi - pi * xi)) / grow
-    ratio = (1.0 + math.exp(pi)) / grow
-    sine, cosine = np.sin(pi * xi), np.cos(pi * xi)
-    theta = (even + sine + ratio * cosine) / (2 * pi**3)
-    curl = (even - sine - ratio * cosine) / (2 * pi)
-    y = (odd - 2.0 + ratio * sine - cosine) / (2 * pi**4)
-    tip = ratio / pi**3  # theta^0(0)
+    g = mode * math.pi
+    s = (-1.0) ** mode
+    q = s * math.exp(-g)
+    grow, fade = -s * np.exp(g * (xi - 1.0)), np.exp(-g * xi)
+    cosine, sine = np.cos(g * xi), np.sin(g * xi)
+    # (16) with (17), and its derivatives over powers of g.
+    theta = grow + fade + (1.0 - q) * cosine + (1.0 + q) * sine
+    first = grow - fade - (1.0 - q) * sine + (1.0 + q) * cosine
+    second = grow + fade - (1.0 - q) * cosine - (1.0 + q) * sine
+    third = grow - fade + (1.0 - q) * sine - (1.0 + q) * cosine
+    edge = -s - math.exp(-g) - (1.0 + q) * s  # of the third, where y = 0: alpha1
+    scale = -1.0 / (2.0 * (1.0 - q))
     return {
-        "Theta": -theta / tip,
-        "Theta_xx": -curl / tip,
-        "ny": -curl / tip,
-        "Y": -y / tip,
-        "m": np.float64(-1.0 / tip),
+        "Theta": scale * theta,
+        "K": scale * g * first,
+        "ny": scale * g**2 * second,
+        "Y": scale * (third - edge) / g,
+        "m": np.float64(scale * g**3 * edge),
     }

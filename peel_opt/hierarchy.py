@@ -142,7 +142,7 @@ def _solve(order: int) -> _Modes:
     shape = (order + 1, order + 1, n)
     T, T2, m, V, X, S, C, D = (np.zeros(shape) for _ in range(8))
     lam = np.zeros((order + 1, order + 1))
-    T[0, 0], T2[0, 0], m[0, 0], V[0, 0] = (mode[f] / mode["m"] for f in ("Theta", "Theta_xx", "ny", "Y"))
+    T[0, 0], T2[0, 0], m[0, 0], V[0, 0] = (mode[f] / mode["m"] for f in ("Theta", "ny", "ny", "Y"))
     S[0, 0], C[0, 0], D[0, 0] = T[0, 0], 1.0, 0.5 * T[0, 0]
     X[0, 0] = -(grid.weights @ S[0, 0]) - V[0, 0]
 

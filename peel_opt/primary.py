@@ -33,9 +33,6 @@ from .transcription.base import Profile
 #: Transcription of the walk; answers are solved again by the method asked for.
 PATH = Spectral(nodes=16)
 
-#: A walk that is longer than this has no end worth waiting for.
-LONGEST = 400
-
 #: The states between T and the minimum pressure.
 UNFOLDED = ("middle", "lower")
 
@@ -110,10 +107,18 @@ class PrimaryBranch:
         The law and the closure that stays fixed: a rod's ratio, or beta0 = 0.
     side : {1, -1}
         1 for the detached side p < T0; -1 for the spurious one beyond T.
+    mode : int
+        1 for the branch from T, n for the one from beta1 = (n pi)^4.
+    control : StepControl
+    longest : int
+        Points after which the walk ends without an end of the branch.
     """
 
     family: Family
     side: int = 1
+    mode: int = 1
+    control: StepControl = field(default_factory=StepControl)
+    longest: int = 400
     points: list[Point] = field(default_factory=list)
     folds: list[Located] = field(default_factory=list)
     ended: str = ""
@@ -130,18 +135,18 @@ class PrimaryBranch:
                 self._advance()
 
     def _start(self) -> Iterator[Point]:
-        start = first_point(self.family)
+        start = first_point(self.family, self.mode)
         if self.side < 0:
             start = self.family.point(
                 start.problem, start.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, start.iterations
             )
-        return self.family.walk(start, StepControl())
+        return self.family.walk(start, self.control)
 
     def _advance(self) -> None:
         here = self.points[-1]
         assert self._walk is not None
         there = next(self._walk, None)
-        if there is None or len(self.points) > LONGEST:
+        if there is None or len(self.points) > self.longest:
             self.ended = "stalled" if there is None else "limit"
             return
         if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
@@ -185,8 +190,13 @@ class PrimaryBranch:
         """Label of a place on the branch that has been walked."""
         if self.side < 0:
             return "spurious"
+        if self.mode > 1:
+            return "other"
         if not self._is_rod:
-            return "lower"
+            # A fold in lambda at fixed beta0 and one in length on the rod are the same points.
+            bend = self.fold("LP-lambda")
+            turned = self.family.closure.value == 0.0 or (bend and arclength > bend.point.arclength)
+            return "lower" if turned else "middle"
         minimum, bend = self.fold("LP-pressure"), self.fold("LP-length")
         if minimum is not None and arclength > minimum.point.arclength:
             return "folded"
@@ -199,10 +209,10 @@ class PrimaryBranch:
         return crossings(self.family, self.points, given, self.state_at)
 
 
-def first_point(family: Family) -> Point:
+def first_point(family: Family, mode: int = 1) -> Point:
     """T, or for a law without slope at u = 0 a point near p = T0 reached by homotopy."""
     if family.law.initial_slope > 0.0:
-        return transition(family)
+        return transition(family, mode)
     return _by_homotopy(family)
 
 

@@ -27,8 +27,7 @@ def kernel_profile(amplitude: float, sigma: float) -> Profile:
     zeta, _ = chebyshev(PROFILE_POINTS)
     mode = kernel(zeta)
     nx = -(sigma**3) * (mode["Y"] - mode["Y"][0])
-    K = np.gradient(mode["Theta"], zeta)
-    values = np.stack([mode["Theta"], K, nx, mode["ny"], mode["Y"]], axis=-1)[None]
+    values = np.stack([mode["Theta"], mode["K"], nx, mode["ny"], mode["Y"]], axis=-1)[None]
     return Profile(np.ones(1), values, Scalars(amplitude, float(mode["m"]), sigma, 0.0))
 
 

@@ -1,0 +1,234 @@
+"""From walked points to a `Branch` and back: numbers, errors, special points, shapes."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .answer import Answer
+from .branch import Branch, Solutions, SpecialPoint
+from .certify import first_integral_defect, report
+from .closures import Closure
+from .cohesion import COHESIVE, LINEAR, CohesiveLaw, exponential
+from .continuation import Family, Point, chart
+from .elastica import Scalars
+from .errors import InvalidInput
+from .result import Equilibrium, Stats
+from .rod import Rod
+from .specials import Located
+from .transcription import Shooting, Spectral
+from .transcription.base import Discretisation, Transcription
+
+#: Closures by the public name of what they hold fixed, and back.
+HOLDS = {
+    "ratio": "ratio",
+    "beta0": "length",
+    "pressure_ratio": "pressure",
+    "lam": "lam",
+    "alpha1": "alpha1",
+    "tip_angle": "amplitude",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One walked side of a branch.
+
+    Parameters
+    ----------
+    family : Family
+    points : list of Point
+    specials : list of Located
+    label : callable
+        Name of the state at an arclength.
+    ended : str
+    sign : {1, -1}
+        -1 for a side that is walked against the direction of the branch.
+    """
+
+    family: Family
+    points: list[Point]
+    specials: list[Located]
+    label: Callable[[float], str]
+    ended: str
+    sign: int = 1
+
+
+def closure_for(hold: str, value: float) -> Closure:
+    """Return the closure that holds a quantity, by its public name, at a value."""
+    if hold not in HOLDS:
+        raise InvalidInput(f"cannot hold {hold!r} fixed.", remedy=f"Choose one of {', '.join(HOLDS)}.")
+    if hold == "beta0":
+        return Closure("length", math.cbrt(value))
+    return Closure(HOLDS[hold], -value if hold == "tip_angle" else value)
+
+
+def held_value(closure: Closure, hold: str) -> float:
+    """Return the value of the held quantity, by its public name."""
+    if hold == "beta0":
+        return closure.value**3
+    return -closure.value if hold == "tip_angle" else closure.value
+
+
+def point_errors(family: Family, points: Sequence[Point]) -> np.ndarray:
+    """Distance of each point from the branch of the refined mesh, along its normal plane.
+
+    In the metric of the arclength; of the coarser solution, so not an underestimate while
+    refinement helps at all.
+    """
+    finer = Family(family.law, family.transcription.refined(), family.closure)
+    errors = []
+    for point in points:
+        origin, gradient = chart(point.x[-4:])
+        direction = gradient @ point.tangent[-4:]
+
+        def plane(
+            s: np.ndarray, origin: np.ndarray = origin, direction: np.ndarray = direction
+        ) -> tuple[np.ndarray, np.ndarray]:
+            value, slope = chart(s)
+            return np.array([direction @ (value - origin)]), (direction @ slope)[None, :]
+
+        is_contact = point.scalars.m == 0.0
+        found = finer.contact(point.profile) if is_contact else finer.solve(point.profile, plane)
+        gap = math.inf if found is None else float(np.linalg.norm(chart(found[1].x[-4:])[0] - origin))
+        errors.append(gap * (1.0 + 1.0 / family.transcription.sure_gain))
+    return np.array(errors)
+
+
+def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
+    """Join walked sides into one branch: those with sign -1 reversed, then the others.
+
+    Sides that start at the same point share it.
+    """
+    ordered: list[tuple[Part, Point]] = []
+    for part in parts:
+        if part.sign < 0:
+            ordered += [(part, p) for p in reversed(part.points[1:])]
+        else:
+            ordered += [(part, p) for p in part.points]
+    family = parts[-1].family
+    points = [p for _, p in ordered]
+    hold = next(name for name, kind in HOLDS.items() if kind == family.closure.kind)
+    pieces = family.law.pieces
+    return Branch(
+        law=family.law.name,
+        hold=hold,
+        held=held_value(family.closure, hold),
+        rod=rod,
+        **_columns(points, family.law),
+        arclength=np.array([part.sign * p.arclength for part, p in ordered]),
+        error=point_errors(family, points),
+        state=np.array([part.label(p.arclength) for part, p in ordered]),
+        special_points=_special_points(parts, ordered),
+        ended=ended,
+        options=dict(options),
+        solutions=Solutions(
+            transcription=repr(family.transcription),
+            phases=tuple("".join(str(pieces.index(q)) for q in p.problem.phases) for p in points),
+            unknowns=tuple(p.x for p in points),
+            tangents=tuple(p.tangent for p in points),
+            law=family.law,
+        ),
+    )
+
+
+def _columns(points: Sequence[Point], law: CohesiveLaw) -> dict[str, Any]:
+    """Numbers of each point."""
+    scalars = [p.scalars for p in points]
+    tips = [s.A * p.profile.values[0, 0, 4] for s, p in zip(scalars, points, strict=True)]
+    over = [s.beta1 / s.beta0 if s.beta0 else math.nan for s in scalars]
+    return {
+        "A": np.array([s.A for s in scalars]),
+        "m": np.array([s.m for s in scalars]),
+        "sigma": np.array([s.sigma for s in scalars]),
+        "lam": np.array([s.lam for s in scalars]),
+        "tip_u": np.array(tips) * np.array(over),
+        "certificate": np.array(
+            [first_integral_defect(law, s, float(tip)) for s, tip in zip(scalars, tips, strict=True)]
+        ),
+        "iterations": np.array([p.iterations for p in points]),
+    }
+
+
+def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:
+    """Describe all special points in the order of the branch."""
+    place = {id(p): i for i, (_, p) in enumerate(ordered)}
+    found = [
+        describe(s.kind, s.status, s.bracket, place[id(s.point)], s.point.scalars)
+        for part in parts
+        for s in part.specials
+    ]
+    start = parts[-1].points[0]
+    if start.scalars.A == 0.0:
+        found.append(describe("BP", "located", (0.0, 0.0), place[id(start)], start.scalars))
+    last = parts[-1]
+    if last.ended == "contact":
+        end = last.points[-1]
+        found.append(describe("contact", "located", (end.arclength,) * 2, place[id(end)], end.scalars))
+    return tuple(sorted(found, key=lambda p: p.index))
+
+
+def describe(kind: str, status: str, bracket: tuple[float, float], index: int, s: Scalars) -> SpecialPoint:
+    """Return a special point with the numbers of its solution."""
+    P = s.pressure_ratio if s.beta0 else math.nan
+    return SpecialPoint(kind, status, bracket, index, s.beta0, s.lam, s.alpha1, P, s.sigma)
+
+
+#: Laws that a saved branch can be taken up with again by name alone.
+NAMED_LAWS = {law.name: law for law in (LINEAR, COHESIVE, exponential())}
+
+_TRANSCRIPTIONS: dict[str, type[Transcription]] = {"Spectral": Spectral, "Shooting": Shooting}
+
+
+def law_of(branch: Branch) -> CohesiveLaw:
+    """Return the law a branch was traced with.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch comes from a file and the law was the user's own.
+    """
+    if branch.solutions is not None and branch.solutions.law is not None:
+        return branch.solutions.law
+    if branch.law in NAMED_LAWS:
+        return NAMED_LAWS[branch.law]
+    raise InvalidInput(f"the law {branch.law!r} is not stored with its branch.", remedy="Trace it again.")
+
+
+def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
+    """Return the discrete problem and its solution at a point of a branch."""
+    if branch.solutions is None:
+        raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
+    pieces = law_of(branch).pieces
+    phases = tuple(pieces[int(digit)] for digit in branch.solutions.phases[i])
+    return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
+
+
+def transcription_from(text: str) -> Transcription:
+    """Read a transcription back from its ``repr``, without evaluating it."""
+    try:
+        call = ast.parse(text, mode="eval").body
+        assert isinstance(call, ast.Call)
+        assert isinstance(call.func, ast.Name)
+        settings = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
+        return _TRANSCRIPTIONS[call.func.id](**settings)
+    except (SyntaxError, AssertionError, KeyError, TypeError, ValueError) as error:
+        raise InvalidInput(f"unknown transcription {text!r}.") from error
+
+
+def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
+    """Return the `Equilibrium` at a point of a branch; its error is that of the branch there."""
+    problem, x = discretised(branch, i)
+    beta0 = float(branch.beta0[i])
+    asked = "alpha1" if branch.rod is None else "pressure_ratio"
+    # The metric of the arclength holds alpha1/(1 + beta0).
+    size = 1.0 + beta0 if asked == "alpha1" else 2.0 * (1.0 + beta0) / beta0
+    stats = Stats(method=branch.solutions.transcription if branch.solutions else "", unknowns=problem.size)
+    solved = Answer(problem, x, float(branch.error[i]) * size, stats)
+    tol = float(branch.options.get("tol", 1e-8)) * size
+    return report(branch.rod, law_of(branch), asked, str(branch.state[i]), solved, tol)

@@ -1,0 +1,254 @@
+"""`trace`: whole curves of equilibria, walked, checked point by point and labelled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from .assembly import HOLDS, Part, assemble, closure_for, describe, point_errors
+from .branch import Branch, Trivial
+from .checks import finite, non_negative, positive
+from .closures import Closure, rows
+from .cohesion import COHESIVE, LINEAR, CohesiveLaw
+from .continuation import Family, Point, StepControl, chart
+from .elastica import PI4, Scalars
+from .errors import InvalidInput, NotConverged
+from .primary import PrimaryBranch
+from .rod import Rod
+from .specials import RANGE, locate
+from .transcription import Spectral
+from .transcription.base import Transcription
+
+#: Nodes per phase tried in turn until the branch is accurate to ``tol``.
+NODES = (16, 24, 36, 54)
+
+#: Step of the walk that finds out how long a branch is and how many nodes it needs.
+SCOUT = StepControl(largest=0.25)
+
+
+def trace(
+    rod: Rod | None = None,
+    *,
+    beta0: float | None = None,
+    lam: tuple[float, float] = (-PI4, 10.0),
+    law: str | CohesiveLaw | None = None,
+    mode: int = 1,
+    points: int = 128,
+    at: dict[str, Sequence[float]] | None = None,
+    transcription: Transcription | None = None,
+    tol: float = 1e-10,
+) -> Branch:
+    """Trace a branch of detached equilibria with its special points.
+
+    Parameters
+    ----------
+    rod : Rod, optional
+        Trace the rod's primary branch, from T over all its folds until the tip touches the
+        plate.  Either this or ``beta0``.
+    beta0 : float, optional
+        Trace the branch through T at this beta0 >= 0 in both directions; the straight rod is
+        beside it as ``trivial``.
+    lam : tuple of float
+        Window of lambda for ``beta0``: the branch is followed until it leaves the window for
+        good, and ends on its border exactly.
+    law : str or CohesiveLaw, optional
+        Default: law (8) for a rod, the linear law at fixed beta0.
+    mode : int
+        2, 3, ... for the branches from beta1 = (mode pi)^4.
+    points : int
+        Least number of points; curved parts and special points add some.
+    at : dict, optional
+        Values at which points must lie exactly, such as ``{"pressure_ratio": [0.5, 0.2]}``.
+    transcription : Transcription, optional
+        Default: the spectral form with as many nodes as ``tol`` needs.
+    tol : float
+        Largest error of a point, in the metric of the arclength.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    InvalidInput
+        If the arguments do not say what to trace.
+    NotConverged
+        If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
+
+    Examples
+    --------
+    >>> br = trace(beta0=4, lam=(-1, 3))
+    >>> fold = br.special("LP-lambda")[0]
+    >>> round(fold.lam, 10), round(fold.alpha1, 9)
+    (-0.2690010883, -1.394282025)
+    """
+    if (rod is None) == (beta0 is None):
+        raise InvalidInput("give either a rod or beta0 to trace.")
+    chosen = _law(law, rod)
+    if not isinstance(mode, int) or mode < 1:
+        raise InvalidInput(f"mode must be a whole number of at least 1, got {mode!r}.")
+    if not isinstance(points, int) or points < 2:
+        raise InvalidInput(f"points must be a whole number of at least 2, got {points!r}.")
+    tol = positive("tol", tol)
+    window = _window(lam)
+    if rod is not None:
+        closure, sides = Closure("ratio", rod.ratio), [1]
+    else:
+        closure, sides = Closure("length", math.cbrt(non_negative("beta0", beta0))), [-1, 1]
+        if closure.value == 0.0 and chosen is not LINEAR:
+            raise InvalidInput(
+                "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
+            )
+
+    def walk(transcription: Transcription, control: StepControl) -> list[PrimaryBranch]:
+        family = Family(chosen, transcription, closure)
+        walks = [PrimaryBranch(family, side, mode, control, longest=20 * points) for side in sides]
+        for w in walks:
+            w.extend(partial(_left_for_good, window, w) if rod is None else lambda _: False)
+        return walks
+
+    scouts, fine = _fine_enough(walk, transcription, tol)
+    length = sum(w.points[-1].arclength for w in scouts)
+    walks = walk(fine, StepControl(largest=min(SCOUT.largest, 0.75 * length / points)))
+    parts = [_finished(w, window if rod is None else None, at or {}) for w in walks]
+    ended = "window" if rod is None and all(part.ended == "window" for part in parts) else parts[-1].ended
+    options = {"lam": list(window), "mode": mode, "points": points, "tol": tol}
+    branch = assemble(parts, rod, ended, options)
+    if branch.error.max() > tol:
+        raise NotConverged(
+            f"the branch is accurate to {branch.error.max():.1e} only, asked for {tol:.1e}.",
+            remedy="Give a larger tol, or a finer transcription.",
+        )
+    if rod is not None:
+        return branch
+    return replace(branch, trivial=_trivial(closure, window, points))
+
+
+def _law(law: str | CohesiveLaw | None, rod: Rod | None) -> CohesiveLaw:
+    if isinstance(law, CohesiveLaw):
+        return law
+    named = {
+        None: LINEAR if rod is None else COHESIVE,
+        "linear": LINEAR,
+        "cohesive": COHESIVE,
+        "auto": COHESIVE,
+    }
+    if law not in named:
+        raise InvalidInput(f"unknown law {law!r}.", remedy="Choose linear, cohesive, or pass a CohesiveLaw.")
+    return named[law]
+
+
+def _window(lam: tuple[float, float]) -> tuple[float, float]:
+    try:
+        low, high = (finite("lam", v) for v in lam)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"lam must be two numbers, the window of lambda, got {lam!r}.") from error
+    if not -PI4 <= low < high:
+        raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
+    return low, high
+
+
+def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:
+    """Whether a walk is past the upper border, or past the lower one with no fold left to turn at."""
+    low, high = window
+    lam = last.scalars.lam
+    if len(walk.points) < 2:
+        return False
+    if lam > high:
+        return True
+    # Without a fold the branch runs on to lambda = -pi^4, which it approaches but never meets.
+    return lam < -0.999 * PI4 or (bool(walk.folds) and lam < low)
+
+
+def _fine_enough(
+    walk: Callable[[Transcription, StepControl], list[PrimaryBranch]], given: Transcription | None, tol: float
+) -> tuple[list[PrimaryBranch], Transcription]:
+    """Find the coarsest mesh whose error is within ``tol`` everywhere on a coarse walk."""
+    candidates: Sequence[Transcription] = [given] if given is not None else [Spectral(n) for n in NODES]
+    for transcription in candidates:
+        scouts = walk(transcription, SCOUT)
+        errors = [e for w in scouts for e in point_errors(w.family, w.points)]
+        if max(errors) <= 0.3 * tol:
+            break
+    return scouts, transcription
+
+
+def _finished(
+    walk: PrimaryBranch, window: tuple[float, float] | None, at: dict[str, Sequence[float]]
+) -> Part:
+    """Cut a walk at the window, and add its special points and asked-for values."""
+    points, ended = list(walk.points), walk.ended
+    if window is not None:
+        points, cut = _cut(walk.family, points, window)
+        ended = "window" if cut else ended
+    arclengths = (points[0].arclength, points[-1].arclength)
+    specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
+    if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
+        for here, there in pairwise(points):
+            specials += locate(walk.family, here, there, RANGE)
+    extra = [s.point for s in specials if s.kind == "y=y0"]
+    for name, values in at.items():
+        if name not in HOLDS and name != "length_ratio":
+            raise InvalidInput(
+                f"unknown quantity {name!r} in at=.", remedy=f"Choose one of {', '.join(HOLDS)}."
+            )
+        for value in values:
+            extra += _landings(walk.family, points, name, finite(name, value))
+    known = {id(p) for p in points}
+    points = sorted(points + [p for p in extra if id(p) not in known], key=lambda p: p.arclength)
+    ordered = sorted(specials, key=lambda s: s.point.arclength)
+    sign = -1 if walk.side < 0 else 1
+    return Part(walk.family, points, ordered, walk.state_at, ended, sign)
+
+
+def _cut(family: Family, points: list[Point], window: tuple[float, float]) -> tuple[list[Point], bool]:
+    """End the points exactly where they leave the window for good."""
+    low, high = window
+    inside = [i for i, p in enumerate(points) if low <= p.scalars.lam <= high]
+    last = max(inside)
+    if last + 1 == len(points):
+        return points, False
+    border = high if points[last + 1].scalars.lam > high else low
+    landed = _landings(family, points[last : last + 2], "lam", border)
+    return points[: last + 1] + landed, True
+
+
+def _landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
+    """Points of a branch at which a quantity has a value exactly."""
+    given = Closure("length", value) if name == "length_ratio" else closure_for(name, value)
+    miss = rows(given)
+    misses = [float(miss(p.x[-4:])[0][0]) for p in points]
+    found = []
+    for i, (here, there) in enumerate(pairwise(points)):
+        if misses[i] * misses[i + 1] < 0.0:
+            landed = family.land(here, there, given)
+            if landed is None:
+                raise NotConverged(
+                    f"could not land on {name} = {value:g}.", remedy="Ask for a value off a fold."
+                )
+            problem, result = landed
+            share = np.linalg.norm(chart(result.x[-4:])[0] - chart(here.x[-4:])[0])
+            forward = chart(here.x[-4:])[1] @ here.tangent[-4:]
+            found.append(
+                family.point(problem, result.x, forward, here.arclength + float(share), result.iterations)
+            )
+    return found
+
+
+def _trivial(closure: Closure, window: tuple[float, float], points: int) -> Trivial:
+    """The straight rod over a window of lambda, with its branch points (18)."""
+    low, high = window
+    modes = [n for n in range(1, 100) if low <= (n**4 - 1) * PI4 <= high]
+    lam = np.unique([*np.linspace(low, high, points), *((n**4 - 1) * PI4 for n in modes)])
+    specials = []
+    for n in modes:
+        value = (n**4 - 1) * PI4
+        index = int(np.searchsorted(lam, value))
+        s = Scalars(0.0, 0.0, closure.value, value)
+        specials.append(describe("BP", "exact", (value, value), index, s))
+    return Trivial(lam, tuple(specials))
