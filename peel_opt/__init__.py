@@ -22,11 +22,15 @@ if TYPE_CHECKING:
         OutOfRange,
         PeelOptError,
     )
+    from .fold_curves import FoldCurve, fold_curve
+    from .fold_optimum import least_lambda
+    from .following import Walk, follow
+    from .many_states import equilibria
     from .nlp import Ipopt
     from .result import Equilibrium
     from .rod import Rod
     from .tracing import trace
-    from .transcription import Shooting, Spectral
+    from .transcription import Collocation, Shooting, Spectral
 
 #: Where each public name lives; imported when first used, so that ``import peel_opt`` is free.
 _HOMES = {
@@ -38,10 +42,17 @@ _HOMES = {
     "pressure_given_length": "detachment",
     "length_given_pressure": "detachment",
     "equilibrium": "detachment",
+    "Collocation": "transcription",
     "Shooting": "transcription",
     "Spectral": "transcription",
     "Method": "answer",
     "trace": "tracing",
+    "fold_curve": "fold_curves",
+    "FoldCurve": "fold_curves",
+    "least_lambda": "fold_optimum",
+    "follow": "following",
+    "Walk": "following",
+    "equilibria": "many_states",
     "Branch": "branch",
     "SpecialPoint": "branch",
     "Ipopt": "nlp",
@@ -61,7 +72,9 @@ __all__ = [
     "Branch",
     "CardError",
     "CohesiveLaw",
+    "Collocation",
     "Equilibrium",
+    "FoldCurve",
     "InvalidInput",
     "Ipopt",
     "Method",
@@ -75,8 +88,13 @@ __all__ = [
     "Shooting",
     "SpecialPoint",
     "Spectral",
+    "Walk",
+    "equilibria",
     "equilibrium",
     "exponential",
+    "fold_curve",
+    "follow",
+    "least_lambda",
     "length_given_pressure",
     "pressure_given_length",
     "trace",

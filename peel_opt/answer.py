@@ -16,13 +16,13 @@ from typing import Protocol
 import numpy as np
 
 from . import nlp
-from .closures import Closure, rows, sensitivity_to_given
-from .elastica import Scalars
+from .closures import Closure, sensitivity_to_given
+from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
 from .newton import Correction, correct
 from .nlp import Ipopt
 from .result import Stats
-from .transcription import Shooting, Spectral
+from .transcription import Collocation, Shooting, Spectral
 from .transcription.base import Discretisation, Phases, Profile, Transcription
 
 EPS = float(np.finfo(float).eps)
@@ -53,6 +53,7 @@ class Method:
 METHODS = {
     "shooting": Method(Shooting(), Ipopt()),
     "spectral": Method(Spectral()),
+    "collocation": Method(Collocation()),
 }
 METHODS["auto"] = METHODS["shooting"]
 
@@ -183,7 +184,7 @@ def _newton_solve(
 
 
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...]) -> Correction:
-    result = correct(problem, start, rows(*given))
+    result = correct(problem, start, given)
     if not result.converged:
         raise NotConverged(
             f"Newton's method did not converge on {problem.size} unknowns"
@@ -208,7 +209,9 @@ def _noise(solved: _Solved, given: tuple[Closure, ...], read: _Read) -> tuple[fl
     gradient = _gradient(read, result.x[-4:])
     derivatives = np.abs(gradient @ responses)
     update = abs(float(gradient @ result.update[-4:]))
-    sizes = np.array([abs(c.value) for c in given])
+    # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
+    terms = {"pressure": 1.0, "lam": PI4}
+    sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     noise = 4.0 * update + 2.0 * EPS * (abs(read(solved.scalars)) + float(derivatives @ sizes))
     asked = [d for d, c in zip(derivatives, given, strict=True) if c.kind != "ratio"]
     return noise, float(max(asked))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -81,7 +81,7 @@ def point_errors(family: Family, points: Sequence[Point]) -> np.ndarray:
     In the metric of the arclength; of the coarser solution, so not an underestimate while
     refinement helps at all.
     """
-    finer = Family(family.law, family.transcription.refined(), family.closure)
+    finer = replace(family, transcription=family.transcription.refined())
     errors = []
     for point in points:
         origin, gradient = chart(point.x[-4:])

@@ -42,9 +42,13 @@ def report(
         "y < 0": heights.min() < -HEIGHT_NOISE * np.abs(heights).max(),
         "alpha1 > 0": s.alpha1 > 0.0,
         "overhang": np.abs(theta).max() > 0.5 * math.pi,
+        "tip on plate": abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max(),
         "self-contact": np.ptp(theta) > math.pi and source().crosses_itself(),
     }
     certificate = first_integral_defect(effective, s, float(heights[0, 0]))
+    if state in ("other", "spurious") and present["tip on plate"] and s.beta0:
+        # The identity p y_tip = Phi(y_tip) holds for any p here and cannot be divided by y_tip.
+        certificate *= abs(float(opened[0, 0]))
     certified = solved.error <= tol and certificate <= tol
     return Equilibrium(
         rod=rod,

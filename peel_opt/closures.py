@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from .elastica import PI4, Scalars
+from .transcription.compiled import Compiled
 
 #: Each closure as an expression that vanishes, of the scalars and the given value.
 EQUATIONS: dict[str, Callable[[Scalars, Any], Any]] = {
@@ -38,23 +39,22 @@ class Closure:
 
 
 @lru_cache(maxsize=64)
-def _compiled(kinds: tuple[str, ...]) -> ca.Function:
+def _compiled(kinds: tuple[str, ...]) -> Compiled:
     s, given = ca.SX.sym("s", 4), ca.SX.sym("given", len(kinds))
     scalars = Scalars(*ca.vertsplit(s))
     equations = ca.vertcat(*(EQUATIONS[k](scalars, given[i]) for i, k in enumerate(kinds)))
-    return ca.Function(
-        "closures", [s, given], [equations, ca.jacobian(equations, s), ca.jacobian(equations, given)]
-    )
+    gradients = (ca.densify(ca.jacobian(equations, v)) for v in (s, given))
+    return Compiled(ca.Function("closures", [s, given], [equations, *gradients]))
 
 
 def rows(*closures: Closure) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return the closures as extra rows for `newton.correct`."""
     function = _compiled(tuple(c.kind for c in closures))
-    given = [c.value for c in closures]
+    given = np.array([c.value for c in closures])
 
     def evaluate(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, gradient, _ = function(scalars, given)
-        return values.full().ravel(), gradient.full()
+        return values, gradient.reshape(len(given), 4, order="F")
 
     return evaluate
 
@@ -62,4 +62,5 @@ def rows(*closures: Closure) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndar
 def sensitivity_to_given(closures: tuple[Closure, ...], scalars: np.ndarray) -> np.ndarray:
     """d(equations)/d(given values), shape (k, k)."""
     function = _compiled(tuple(c.kind for c in closures))
-    return function(scalars, [c.value for c in closures])[2].full()
+    given = np.array([c.value for c in closures])
+    return function(scalars, given)[2].reshape(len(given), len(given), order="F")

@@ -22,9 +22,10 @@ from . import closures
 from .closures import Closure
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars, kernel
-from .newton import Correction, Rows, correct, correct_contact, factorised
+from .newton import Correction, Rows, contact_tangent, correct, correct_contact, factorised
 from .phases import layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
+from .transcription.compiled import Compiled
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
@@ -42,16 +43,16 @@ def _chart_function() -> ca.Function:
         ca.asinh(scalars.lam / PI4),
         ca.asinh(scalars.sigma),
     )
-    return ca.Function("chart", [s], [chart, ca.jacobian(chart, s)])
+    return ca.Function("chart", [s], [chart, ca.densify(ca.jacobian(chart, s))])
 
 
-_CHART = _chart_function()
+_CHART = Compiled(_chart_function())
 
 
 def chart(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates in which the length of a branch is measured, and their gradient."""
     value, gradient = _CHART(scalars)
-    return value.full().ravel(), gradient.full()
+    return value, gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,16 +113,21 @@ class StepControl:
 
 @dataclass(frozen=True)
 class Family:
-    """A one-parameter family: a law, a transcription and one closure."""
+    """A one-parameter family: a law, a transcription and one closure.
+
+    With ``tip_free`` a solution whose tip is held down to the plate counts as a failure.
+    """
 
     law: CohesiveLaw
     transcription: Transcription
     closure: Closure
+    tip_free: bool = True
 
     def solve(self, profile: Profile, other: Closure | Rows) -> tuple[Discretisation, Correction] | None:
         """Correct from a profile; None on failure."""
+        border: Rows | tuple[Closure, ...]
         if isinstance(other, Closure):
-            border = closures.rows(self.closure, other)
+            border = (self.closure, other)
         else:
             border = _stacked(closures.rows(self.closure), other)
         return self._fitted(profile, lambda problem, x: correct(problem, x, border))
@@ -130,6 +136,23 @@ class Family:
         """Solve for the state whose tip touches the plate; None on failure."""
         border = closures.rows(self.closure)
         return self._fitted(profile, lambda problem, x: correct_contact(problem, x, border))
+
+    def contact_point(self, here: Point, beyond: Point) -> Point | None:
+        """Return the end of a branch, between its last point and one step beyond; None on failure."""
+        solved = self.contact(beyond.profile) or self.contact(here.profile)
+        if solved is None:
+            return None
+        problem, result = solved
+        origin, _ = chart(here.x[-4:])
+        value, gradient = chart(result.x[-4:])
+        _, family = closures.rows(self.closure)(result.x[-4:])
+        forward = gradient @ (result.x[-4:] - here.x[-4:])
+        tangent = contact_tangent(
+            problem, result.x, self.law.initial_slope, np.vstack([family, forward @ gradient])
+        )
+        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+        arclength = here.arclength + float(np.linalg.norm(value - origin))
+        return Point(problem, result.x, unit, arclength, result.iterations)
 
     def _fitted(
         self, profile: Profile, corrector: Callable[[Discretisation, np.ndarray], Correction]
@@ -144,7 +167,7 @@ class Family:
                 return None
             profile = problem.profile(result.x)
             if np.all(profile.lengths > 0) and layout(self.law, profile).phases == plan.phases:
-                return (problem, result) if self._holds_its_tip(profile) else None
+                return (problem, result) if not self.tip_free or self._holds_its_tip(profile) else None
         return None
 
     def _holds_its_tip(self, profile: Profile) -> bool:
@@ -164,7 +187,7 @@ class Family:
         self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
     ) -> Point:
         """Return the solution ``x`` with its unit tangent, on the side of the direction ``forward``."""
-        _, jacobian = problem.linearised(x)
+        _, jacobian = problem.linearise(x)
         _, family = closures.rows(self.closure)(x[-4:])
         _, gradient = chart(x[-4:])
         border = np.vstack([family, forward @ gradient])

@@ -8,20 +8,26 @@ below about 0.3 are figures of the paper, not predictions.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, Literal, Protocol
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from .elastica import PI4
 from .errors import InvalidInput
 from .landau import NormalForm
+from .maxwell_points import TURN, maxwell_curve, stretched
 from .rod import Rod
+from .roots import zeros
+from .tracing import trace
 
 Source = Literal["paper", "exact", "fit", "branch"]
 
 #: The Maxwell point needs the fold at fixed beta0, which the branch from T has up to
-#: beta0 = 37.546; there eta/y0 on the Maxwell curve has come down to this.
-LEAST_RATIO = 0.499
+#: beta0 = 37.5458; there eta/y0 on the Maxwell curve has come down to this.
+LEAST_RATIO = 0.4989
 
 
 class CurveLike(Protocol):
@@ -80,18 +86,24 @@ def maxwell_length(
     ratio : float or array_like
         eta/y0.
     source : {"paper", "exact", "fit", "branch"}
-        Coefficients in (42): the paper's, the exact ones, those of ``form``; or the Maxwell
-        points of traced branches in ``curve``.
+        Coefficients in (42): the paper's, the exact ones, those of a fit to the traced branch
+        at beta0 = 4; or the Maxwell points of traced branches, which make no use of (42).
     form : NormalForm, optional
-        For "fit": a form made by `NormalForm.fit`.
-    curve : object with arrays beta0 and lam, optional
-        For "branch": the Maxwell curve.
+        For "fit": another form made by `NormalForm.fit`.
+    curve : MaxwellCurve, optional
+        For "branch": another curve than that of `maxwell_curve` over its default range, which
+        takes some seconds to compute when it is first used.
 
     Returns
     -------
     float or ndarray
-        NaN where ``curve`` does not reach; `maxwell_note` says why, and flags the values that
-        (42) has where there is no Maxwell point.
+        NaN where the curve does not reach, for eta/y0 below 0.4996; `maxwell_note` says why, and
+        flags the values that (42) has where there is no Maxwell point.
+
+    Examples
+    --------
+    >>> round(maxwell_length(1.0, "paper"), 4), round(maxwell_length(1.0, "branch"), 4)
+    (3.0426, 3.0271)
     """
     return _shaped(ratio, lambda r: r * _maxwell_sigma(r, source, form, curve)[0])
 
@@ -119,17 +131,15 @@ def _maxwell_sigma(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return sigma_M and d log sigma_M / d log r."""
     if source == "branch":
-        if curve is None:
-            raise InvalidInput(
-                "source='branch' needs the Maxwell points.", remedy="Pass curve= with arrays beta0 and lam."
-            )
-        return _on_curve(r, curve)
-    if source == "fit" and form is None:
-        raise InvalidInput("source='fit' needs a fitted form.", remedy="Pass form=NormalForm.fit(branch).")
-    if source not in ("paper", "exact", "fit"):
+        return _on_curve(r, maxwell_curve() if curve is None else curve)
+    chosen: dict[str, Callable[[], NormalForm]] = {
+        "paper": NormalForm.paper,
+        "exact": NormalForm.exact,
+        "fit": _fitted,
+    }
+    if source not in chosen:
         raise InvalidInput(f"source must be 'paper', 'exact', 'fit' or 'branch', got {source!r}.")
-    chosen = {"paper": NormalForm.paper, "exact": NormalForm.exact}
-    return _on_normal_form(r, _quadratic(form if source == "fit" else chosen[source]()))
+    return _on_normal_form(r, _quadratic(form if source == "fit" and form is not None else chosen[source]()))
 
 
 def _on_normal_form(r: np.ndarray, form: NormalForm) -> tuple[np.ndarray, np.ndarray]:
@@ -149,24 +159,35 @@ def _on_normal_form(r: np.ndarray, form: NormalForm) -> tuple[np.ndarray, np.nda
 
 
 def _on_curve(r: np.ndarray, curve: CurveLike) -> tuple[np.ndarray, np.ndarray]:
-    """Interpolate a Maxwell curve in log sigma against log r, as far as r falls with beta0."""
-    from scipy.interpolate import make_interp_spline
+    """Interpolate lambda_M/beta0^2 and find the beta0 at which a rod has its Maxwell point.
 
-    beta0, lam = np.asarray(curve.beta0, float), np.asarray(curve.lam, float)
-    good = np.isfinite(beta0) & np.isfinite(lam) & (beta0 > 0.0)
-    beta0, first = np.unique(beta0[good], return_index=True)
-    log_r = np.log((PI4 + lam[good][first]) / beta0 ** (4 / 3))
-    falling = np.cumprod(np.append(True, np.diff(log_r) < 0.0)).astype(bool)
-    if np.count_nonzero(falling) < 4:
-        raise InvalidInput(
-            f"a Maxwell curve needs four points with beta0 > 0, got {np.count_nonzero(falling)}."
-        )
-    x, y = log_r[falling][::-1], np.log(beta0[falling])[::-1] / 3.0
-    spline = make_interp_spline(x, y, k=3)
-    wanted = np.log(r)
-    inside = (wanted >= x[0]) & (wanted <= x[-1])
-    sigma, slope = np.exp(spline(wanted)), spline.derivative()(wanted)
-    return np.where(inside, sigma, np.nan), np.where(inside, slope, np.nan)
+    eta/y0 falls as beta0 grows along the whole curve.
+    """
+    beta0, first = np.unique(np.asarray(curve.beta0, float), return_index=True)
+    lam = np.asarray(curve.lam, float)[first]
+    good = np.isfinite(lam) & (beta0 > 0.0) & (beta0 < TURN)
+    beta0, lam = beta0[good], lam[good]
+    if beta0.size < 6:
+        raise InvalidInput(f"a Maxwell curve needs six points with 0 < beta0 < {TURN:g}, got {beta0.size}.")
+    level = make_interp_spline(stretched(beta0), lam / beta0**2, k=5)
+    rate = level.derivative()
+
+    def log_ratio(b: Any) -> Any:
+        return np.log(PI4 + b * b * level(stretched(b))) - 4.0 / 3.0 * np.log(b)
+
+    found = np.full_like(r, math.nan)
+    for i, wanted in enumerate(np.log(r)):
+        inside = zeros(lambda b, w=wanted: log_ratio(b) - w, beta0)  # type: ignore[misc]
+        found[i] = inside[0] if inside else math.nan
+    q, x_rate = level(stretched(found)), 2.0 * found / (TURN**2 - found**2)
+    ratio_rate = (2.0 * found * q + found**2 * rate(stretched(found)) * x_rate) / (PI4 + found**2 * q)
+    return np.cbrt(found), 1.0 / (3.0 * found * (ratio_rate - 4.0 / (3.0 * found)))
+
+
+@lru_cache(maxsize=1)
+def _fitted() -> NormalForm:
+    """Fit to the traced branch at beta0 = 4, of which the paper's numbers are a fit too."""
+    return NormalForm.fit(trace(beta0=4.0, lam=(-1.0, 3.0)))
 
 
 def _shaped(ratio: Any, function: Any) -> Any:

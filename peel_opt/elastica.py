@@ -154,5 +154,5 @@ def kernel(xi: np.ndarray, mode: int = 1) -> dict[str, np.ndarray]:
         "K": scale * g * first,
         "ny": scale * g**2 * second,
         "Y": scale * (third - edge) / g,
-        "m": np.float64(scale * g**3 * edge),
+        "m": np.asarray(scale * g**3 * edge),
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
@@ -10,44 +10,10 @@ from typing import Any, Literal
 import numpy as np
 
 from .checks import non_negative, positive
-from .effective_potential import (
-    BranchLike,
-    EffectivePotential,
-    QuarticPotential,
-    branch_arrays,
-    series_potential,
-)
-from .errors import InvalidInput
-from .hierarchy import UniformSeries, uniform_series
-
-
-@dataclass(frozen=True)
-class FitQuality:
-    """How far the coefficients of a fit can be trusted.
-
-    Parameters
-    ----------
-    window : points with abs(lambda) up to here were used
-    points : how many
-    covariance : of (a1, a2) in rows, from the residuals of (33)
-    drift : what (a1, a2) lose when the window is halved; NaN with too few points left
-
-    Notes
-    -----
-    The residuals are not noise but the terms (33) leaves out, so the drift is the better
-    measure: at beta0 = 4 and a window of 1 it is some ten times the standard deviation of a1.
-    """
-
-    window: float
-    points: int
-    covariance: tuple[tuple[float, float], tuple[float, float]]
-    drift: tuple[float, float]
-
-    @property
-    def uncertainty(self) -> tuple[float, float]:
-        """Larger of standard deviation and drift, for a1 and for a2."""
-        std = [math.sqrt(self.covariance[i][i]) for i in range(2)]
-        return tuple(float(np.nanmax([s, abs(d)])) for s, d in zip(std, self.drift, strict=True))  # type: ignore[return-value]
+from .effective_potential import EffectivePotential, QuarticPotential, series_potential
+from .normal_form_fit import FitQuality, fit_coefficients
+from .series import UniformSeries, uniform_series
+from .traced_potential import BranchLike
 
 
 @dataclass(frozen=True)
@@ -96,25 +62,26 @@ class NormalForm:
         return cls(*series.leading, "uniform", series, positive("tol", tol))
 
     @classmethod
-    def fit(cls, branch: BranchLike, window: float = 1.0) -> NormalForm:
-        """Fit (33) by least squares to the points of a branch with abs(lambda) <= ``window``.
+    def fit(cls, branch: BranchLike | Sequence[BranchLike], window: float = 1.0) -> NormalForm:
+        """Fit (33) by least squares to the detached states with abs(lambda) <= ``window``.
 
-        Every point counts the same, so points crowded somewhere pull the fit there.
+        Points count by the stretch of alpha1 they stand for, so that it does not matter where
+        a tracer took small steps.
+
+        Parameters
+        ----------
+        branch : Branch or sequence of them
+            Points in order along each branch.
+        window : float
+            Of lambda; -7.29 and 0.696 come out of the branch at beta0 = 4 for a window of 1.
 
         Raises
         ------
         InvalidInput
             If fewer than three points lie in the window, or a2 cannot be told because beta0 = 0.
         """
-        window = positive("window", window)
-        a, covariance, points = _least_squares(branch, window)
-        try:
-            drift = a - _least_squares(branch, 0.5 * window)[0]
-        except InvalidInput:
-            drift = np.full(2, math.nan)
-        rows = tuple(tuple(float(c) for c in row) for row in covariance)
-        quality = FitQuality(window, points, rows, (float(drift[0]), float(drift[1])))  # type: ignore[arg-type]
-        return cls(float(a[0]), float(a[1]), "fit", quality=quality)
+        a1, a2, quality = fit_coefficients(branch, window)
+        return cls(a1, a2, "fit", quality=quality)
 
     def at(self, beta0: float) -> EffectivePotential:
         """Return the effective potential at one beta0, with all its points of interest."""
@@ -158,29 +125,6 @@ class NormalForm:
             return pair
         values = np.array([getattr(self.at(float(b)), point)() for b in np.ravel(beta0)]).reshape(-1, 2)
         return values[:, 0].reshape(np.shape(beta0)), values[:, 1].reshape(np.shape(beta0))
-
-
-def _least_squares(branch: BranchLike, window: float) -> tuple[np.ndarray, np.ndarray, int]:
-    lam, alpha1, beta0 = branch_arrays(branch)
-    inside = (np.abs(lam) <= window) & (alpha1 != 0.0)
-    lam, alpha1, beta0 = lam[inside], alpha1[inside], beta0[inside]
-    if lam.size < 3:
-        raise InvalidInput(
-            f"{lam.size} detached points have |lambda| <= {window:g}; a fit needs three.",
-            remedy="Widen the window or trace with smaller steps.",
-        )
-    if not beta0.any():
-        raise InvalidInput("a2 does not show at beta0 = 0.", remedy="Fit to branches with beta0 > 0 too.")
-    X, y = np.column_stack([alpha1 * lam, beta0 * alpha1**2]), -(alpha1**3)
-    scale = np.linalg.norm(X, axis=0)
-    a, _, rank, _ = np.linalg.lstsq(X / scale, y, rcond=1e-12)
-    if rank < 2:
-        raise InvalidInput(
-            "the points in the window do not determine both a1 and a2.", remedy="Widen the window."
-        )
-    residual = y - X / scale @ a
-    covariance = residual @ residual / (y.size - 2) * np.linalg.inv(X.T @ X)
-    return a / scale, covariance, int(y.size)
 
 
 @lru_cache(maxsize=256)

@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
+import casadi as ca
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
+from .closures import EQUATIONS, Closure
+from .elastica import Scalars
 from .transcription.base import Discretisation
+from .transcription.compiled import DENSE_LIMIT, Compiled, Pattern
 
 #: Values of the extra equations and their gradient, shapes (k,) and (k, 4).
 #: The gradient is with respect to the four scalars.
 Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
-#: Systems below this size are solved dense.
-DENSE_LIMIT = 150
+#: Solves a factorised system for one or more right sides.
+Solver = Callable[[np.ndarray], np.ndarray]
+
+#: From unknowns to the equations and the means to factorise their Jacobian.
+Linearisation = Callable[[np.ndarray], tuple[np.ndarray, Callable[[], Solver]]]
+
+#: Updates below this size leave the Jacobian as it is: with the factors kept, the next update
+#: is still smaller by about this factor, at a fifth of the price.
+CHORD = 1e-5
+
+#: Factors are renewed when an update is not smaller than this share of the one before.
+CONTRACTION = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,48 +52,97 @@ class Correction:
     solve: Callable[[np.ndarray], np.ndarray] | None
 
 
-def factorised(jacobian: object, border: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the solver of the square system [jacobian; border on the four scalars]."""
-    n = jacobian.size2()  # type: ignore[attr-defined]
-    rows = np.zeros((len(border), n))
-    rows[:, -4:] = border
-    if n <= DENSE_LIMIT:
-        return _dense_solver(np.vstack([jacobian.full(), rows]))  # type: ignore[attr-defined]
-    lu = splu(sp.vstack([jacobian.sparse(), sp.csc_matrix(rows)]).tocsc())  # type: ignore[attr-defined]
-    return lu.solve
+def factorised(jacobian: object, border: np.ndarray) -> Solver:
+    """Return the solver of the square system [jacobian; border on the four scalars].
+
+    The Jacobian may be a NumPy array, a SciPy matrix or a CasADi one.
+    """
+    if isinstance(jacobian, ca.DM):
+        jacobian = jacobian.full() if jacobian.size2() <= DENSE_LIMIT else jacobian.sparse()
+    n: int = jacobian.shape[1]  # type: ignore[attr-defined]
+    if isinstance(jacobian, np.ndarray):
+        matrix = np.zeros((n, n), order="F")
+        matrix[: n - len(border)] = jacobian
+        matrix[n - len(border) :, -4:] = border
+        return _dense_solver(matrix)
+    rows = sp.csc_matrix(np.pad(border, ((0, 0), (n - 4, 0))))
+    return splu(sp.vstack([jacobian, rows]).tocsc()).solve
 
 
-def _dense_solver(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    factors = lu_factor(matrix, check_finite=False)
-    return lambda b: lu_solve(factors, b, check_finite=False)
+def _dense_solver(matrix: np.ndarray) -> Solver:
+    """Factorise a matrix that nobody needs any more; SciPy's own wrappers cost more than a small solve."""
+    factors, pivots, info = dgetrf(matrix, overwrite_a=True)
+    if info != 0:
+        raise np.linalg.LinAlgError("singular Jacobian")
+    return lambda b: dgetrs(factors, pivots, b)[0]
 
 
-#: From unknowns to the equations and the solver of their Jacobian.
-Linearisation = Callable[[np.ndarray], tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]]
-
-
-def correct(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
+def correct(problem: Discretisation, x: np.ndarray, rows: Rows | Sequence[Closure]) -> Correction:
     """Solve R(x) = 0 together with ``rows`` from the guess ``x``.
 
     Parameters
     ----------
     problem : Discretisation
     x : ndarray, shape (n,)
-    rows : callable
-        Two further equations on the scalars.
+    rows : callable or two closures
+        Two further equations on the scalars.  As closures they are compiled with the residual.
 
     Returns
     -------
     Correction
         ``converged`` is False if the updates did not shrink; nothing is raised.
     """
+    if not callable(rows):
+        closed = _closed(problem, tuple(closure.kind for closure in rows))
+        values = np.array([closure.value for closure in rows])
+        return newton(
+            lambda x: closed.linearise(x, values),
+            x,
+            _block_scale(problem, x),
+            equations=lambda x: closed.equations(x, values)[0],
+        )
 
-    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]:
-        residual, jacobian = problem.linearised(x)
+    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
+        residual, jacobian = problem.linearise(x)
         values, border = rows(x[-4:])
-        return np.concatenate([residual.full().ravel(), values]), lambda: factorised(jacobian, border)
+        return np.concatenate([residual, values]), lambda: factorised(jacobian, border)
 
-    return newton(linearise, x, _block_scale(problem, x))
+    def equations(x: np.ndarray) -> np.ndarray:
+        return np.concatenate([problem.residual(x), rows(x[-4:])[0]])
+
+    return newton(linearise, x, _block_scale(problem, x), equations=equations)
+
+
+@dataclass(frozen=True, eq=False)
+class _Closed:
+    """The residual and the closures of a question, compiled into one square system."""
+
+    equations: Compiled
+    system: Compiled
+    pattern: Pattern | None
+
+    def linearise(self, x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
+        equations, jacobian = self.system(x, values)
+        if self.pattern is None:
+            return equations, lambda: _dense_solver(jacobian)
+        matrix = self.pattern.matrix(jacobian)
+        return equations, lambda: splu(matrix).solve
+
+
+@lru_cache(maxsize=256)
+def _closed(problem: Discretisation, kinds: tuple[str, ...]) -> _Closed:
+    x, given = problem.x, ca.MX.sym("given", len(kinds))
+    scalars = Scalars(*ca.vertsplit(x[-4:]))
+    values = ca.vertcat(*(EQUATIONS[kind](scalars, given[i]) for i, kind in enumerate(kinds)))
+    residual, jacobian = problem.linearised(x)
+    jacobian = ca.vertcat(jacobian, ca.jacobian(values, x))
+    dense = problem.size <= DENSE_LIMIT
+    if dense:
+        jacobian = ca.densify(jacobian)
+    system = ca.Function("system", [x, given], [ca.vertcat(residual, values), jacobian])
+    equations = ca.Function("equations", [x, given], [ca.vertcat(problem.expression, values)])
+    pattern = None if dense else Pattern.of(system.sparsity_out(1))
+    return _Closed(Compiled(equations), Compiled(system), pattern)
 
 
 def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
@@ -88,7 +153,7 @@ def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Corre
     other equations.  It is left out; kept, it would make the system singular.
     """
 
-    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Callable[[np.ndarray], np.ndarray]]]:
+    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
         residual, jacobian = (part.full() for part in problem.linearised(x))
         tip, tip_gradient = (part.full() for part in problem.tip_height(x))
         values, border = rows(x[-4:])
@@ -103,6 +168,27 @@ def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Corre
     return newton(linearise, x, _block_scale(problem, x))
 
 
+def contact_tangent(
+    problem: Discretisation, x: np.ndarray, initial_slope: float, rows: np.ndarray
+) -> np.ndarray:
+    """Tangent of the branch that ends at a contact ``x``.
+
+    There (12), (14) alone have two tangents, the other being that of states with y_tip = 0 at
+    any pressure.  In place of theta(1) = 0 stands what the first integrals leave of it after
+    division by y_tip: m = -beta1 Y(0) slope/2.  ``rows``, shape (2, 4), are the gradient of
+    the closure and the direction in which the tangent has length 1.
+    """
+    jacobian = problem.linearised(x)[1].full()
+    keep = np.arange(len(jacobian)) != problem.angle_row
+    identity = 0.5 * initial_slope * problem.scalars(x).beta1 * problem.tip_height(x)[1].full()
+    identity[0, -3] += 1.0
+    border = np.zeros((2, len(x)))
+    border[:, -4:] = rows
+    right = np.zeros(len(x))
+    right[-1] = 1.0
+    return np.linalg.solve(np.vstack([jacobian[keep], identity, border]), right)
+
+
 def newton(
     linearise: Linearisation,
     x: np.ndarray,
@@ -110,6 +196,7 @@ def newton(
     *,
     tol: float = 1e-11,
     max_iterations: int = 12,
+    equations: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> Correction:
     """Newton's method for a square system.
 
@@ -122,22 +209,32 @@ def newton(
     tol : float
         Largest scaled update at which to stop; also where rounding lets it get no smaller.
     max_iterations : int
+    equations : callable, optional
+        The equations alone.  With them, the last updates reuse the factors at hand.
     """
-    step, solve, update = np.inf, None, np.zeros_like(x)
+    previous, step, update = np.inf, np.inf, np.zeros_like(x)
+    solve: Solver | None = None
     for iteration in range(1, max_iterations + 1):
-        equations, factorise = linearise(x)
-        if not np.all(np.isfinite(equations)):
-            return Correction(x, False, iteration, np.inf, update, None)
+        chord = equations is not None and step < min(CHORD, CONTRACTION * previous)
         try:
-            solve = factorise()
-            update = solve(-equations)
+            if chord:
+                assert equations is not None
+                values = equations(x)
+            else:
+                values, factorise = linearise(x)
+            if not math.isfinite(float(values @ values)):
+                return Correction(x, False, iteration, np.inf, update, None)
+            if not chord:
+                solve = factorise()
+            assert solve is not None
+            update = solve(-values)
         except (np.linalg.LinAlgError, RuntimeError, ValueError):
             return Correction(x, False, iteration, np.inf, update, None)
-        previous, step = step, float(np.max(np.abs(update) / scale))
-        if not np.isfinite(step) or step > 1e3:
+        previous, step = step, float((np.abs(update) / scale).max())
+        if not step <= 1e3:  # also where it is not a number
             return Correction(x, False, iteration, step, update, None)
         x = x + update
-        if step < tol or (step < 1e4 * tol and step > 0.5 * previous):
+        if step < tol or (not chord and step < 1e4 * tol and step > 0.5 * previous):
             return Correction(x, True, iteration, step, update, solve)
     return Correction(x, False, max_iterations, step, update, solve)
 

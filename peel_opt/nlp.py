@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from .closures import EQUATIONS, Closure, rows
-from .elastica import Scalars
+from .elastica import PI4, Scalars
 from .transcription.base import Discretisation
 
 #: IPOPT's words for a solved square problem.
@@ -49,45 +49,42 @@ class NlpSolution:
 
 
 @lru_cache(maxsize=128)
-def build(problem: Discretisation, kinds: tuple[str, ...], options: Ipopt) -> ca.Function:
+def build(
+    problem: Discretisation, kinds: tuple[str, ...], options: Ipopt, minimise: bool = False
+) -> ca.Function:
     """Compile the NLP of a discretisation closed by the questions ``kinds``.
 
-    The unknowns are scaled by ``p[:n]`` and the constraints by ``p[n:2n]``; the given values
-    follow.  One solver serves all values of a structure.
+    The unknowns are scaled by ``p[:n]`` and the constraints by the next as many as there are;
+    the given values follow.  One solver serves all values of a structure.  With ``minimise``
+    the objective is lambda; otherwise it is constant and the problem square.
     """
-    n = problem.size
-    z, p = ca.MX.sym("z", n), ca.MX.sym("p", 2 * n + len(kinds))
+    n, k = problem.size, problem.size - 2 + len(kinds)
+    z, p = ca.MX.sym("z", n), ca.MX.sym("p", n + k + len(kinds))
     unknowns = z * p[:n]
     scalars = Scalars(*ca.vertsplit(unknowns[n - 4 :]))
-    given = [EQUATIONS[kind](scalars, p[2 * n + i]) for i, kind in enumerate(kinds)]
-    constraints = ca.vertcat(ca.substitute(problem.expression, problem.x, unknowns), *given) * p[n : 2 * n]
-    # With a constant objective and vanishing multipliers the Hessian of the Lagrangian is
-    # zero at the solution; saying so makes every iteration a Newton step of the constraints.
-    no_hessian = ca.Function(
-        "hess_lag",
-        [z, p, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", n)],
-        [ca.MX(n, n)],
-        ["x", "p", "lam_f", "lam_g"],
-        ["hess"],
-    )
-    return ca.nlpsol(
-        "equilibrium",
-        "ipopt",
-        {"x": z, "p": p, "f": ca.MX(0), "g": constraints},
-        {
-            "hess_lag": no_hessian,
-            "print_time": False,
-            "show_eval_warnings": False,
-            "ipopt": {
-                "print_level": 0,
-                "sb": "yes",
-                "tol": options.tol,
-                "constr_viol_tol": options.tol,
-                "max_iter": options.max_iterations,
-                "nlp_scaling_method": "none",  # scaled here, from the start
-            },
+    given = [EQUATIONS[kind](scalars, p[n + k + i]) for i, kind in enumerate(kinds)]
+    residual = ca.substitute(problem.expression, problem.x, unknowns)
+    constraints = ca.vertcat(residual, *given) * p[n : n + k]
+    settings = {
+        "print_time": False,
+        "show_eval_warnings": False,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": options.tol,
+            "constr_viol_tol": options.tol,
+            "max_iter": options.max_iterations,
+            "nlp_scaling_method": "none",  # scaled here, from the start
         },
-    )
+    }
+    if not minimise:
+        # With a constant objective and vanishing multipliers the Hessian of the Lagrangian is
+        # zero at the solution; saying so makes every iteration a Newton step of the constraints.
+        arguments = [z, p, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", k)]
+        names = ["x", "p", "lam_f", "lam_g"]
+        settings["hess_lag"] = ca.Function("hess_lag", arguments, [ca.MX(n, n)], names, ["hess"])
+    objective = scalars.lam / PI4 if minimise else ca.MX(0)
+    return ca.nlpsol("equilibrium", "ipopt", {"x": z, "p": p, "f": objective, "g": constraints}, settings)
 
 
 def solve(
@@ -100,8 +97,20 @@ def solve(
     NlpSolution
         ``solved`` is False, and nothing is raised, if IPOPT gave up.
     """
-    options = options or Ipopt()
-    solver = build(problem, tuple(c.kind for c in given), options)
+    return _run(problem, start, given, options or Ipopt(), minimise=False)
+
+
+def minimise_lambda(
+    problem: Discretisation, start: np.ndarray, given: Closure, options: Ipopt | None = None
+) -> NlpSolution:
+    """Find the least lambda with a detached equilibrium under one closure: a fold."""
+    return _run(problem, start, (given,), options or Ipopt(max_iterations=200), minimise=True)
+
+
+def _run(
+    problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...], options: Ipopt, *, minimise: bool
+) -> NlpSolution:
+    solver = build(problem, tuple(c.kind for c in given), options, minimise)
     scale = _unknown_scale(problem, start)
     _, jacobian = problem.linearised(start)
     _, border = rows(*given)(start[-4:])

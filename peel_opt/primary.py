@@ -23,7 +23,7 @@ import numpy as np
 from . import closures
 from .closures import Closure
 from .cohesion import COHESIVE, CohesiveLaw
-from .continuation import Family, Point, StepControl, chart, transition
+from .continuation import Family, Point, StepControl, transition
 from .elastica import Scalars
 from .errors import NotConverged
 from .specials import FOLDS, Located, locate
@@ -151,26 +151,13 @@ class PrimaryBranch:
             return
         if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
             # p = T0 again: by the first integral the tip is back on the plate.
-            contact = self._contact(here, there)
+            contact = self.family.contact_point(here, there)
             if contact is None:
                 self.ended = "stalled"
                 return
             there, self.ended = contact, "contact"
         self._insert_folds(here, there)
         self.points.append(there)
-
-    def _contact(self, here: Point, beyond: Point) -> Point | None:
-        """Return the end of the branch, between its last point and one step beyond."""
-        solved = self.family.contact(beyond.profile) or self.family.contact(here.profile)
-        if solved is None:
-            return None
-        problem, result = solved
-        # Another family, with y_tip = 0 at any pressure, crosses here: no tangent is defined by
-        # the residual alone, and that of the neighbour serves to find folds.
-        tangent = np.zeros(problem.size)
-        tangent[-4:] = beyond.tangent[-4:]
-        gap = np.linalg.norm(chart(result.x[-4:])[0] - chart(here.x[-4:])[0])
-        return Point(problem, result.x, tangent, here.arclength + float(gap), result.iterations)
 
     @property
     def _is_rod(self) -> bool:

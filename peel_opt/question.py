@@ -92,7 +92,8 @@ def solve(
     start = chosen.profile.rephased(plan.breaks)
     solved = answer(start, plan.phases, question.given, question.asked, method, tol)
     result = report(rod, law, question.asked, chosen.state, solved, tol)
-    if abs(result.answer - question.read(chosen.profile.scalars)) > 0.25 * spacing:
+    jumped = abs(result.answer - question.read(chosen.profile.scalars)) > 0.25 * spacing
+    if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
         raise NotConverged(
             f"{question.words}: {method.transcription!r} left the {chosen.state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",

@@ -7,15 +7,14 @@ divided out of (30), so that with B = A b the pair solved is
     h(A, lambda) = <v0, b(u0 + w)>,        g = A h,
 
 and the trivial branch A = 0, a zero of g for every lambda, is not one of h.  The multiplier
-mu is what (30) writes out with the projector Q; that both agree is the Fredholm alternative,
-and `Reduction.fredholm_defect` measures it.
+mu is what (30) writes out with the projector Q.
 
-The inverse of L on its range is one small matrix, computed once.  The iteration (31) is then
-a fixed point w -> -G b(u0 + w), for a whole grid of (A, lambda) at a time.  The projector in
-(31c) has to be I - P, since w lives in the complement of the kernel; the conditions that
-define G see to it.  Where the iteration does not contract, Newton's method solves the same
-equations: w + G b(u0 + w) = 0 is a Fredholm equation of the second kind, and its Jacobian is
-the identity plus G times five by five blocks at the nodes.
+With G the inverse of L on its range, the iteration (31) is a fixed point w -> -G b(u0 + w),
+for a whole grid of (A, lambda) at a time.  The projector in (31c) has to be I - P, since w
+lives in the complement of the kernel; the conditions that define G see to it.  Where the
+iteration does not contract, Newton's method solves the same equations: w + G b(u0 + w) = 0 is
+a Fredholm equation of the second kind, and its Jacobian is the identity plus G times five by
+five blocks at the nodes.
 
 The fifth field of v0 is not constant, so away from g = 0 the extra pressure of w varies along
 the rod.  On g = 0 it is constant, and the extra pressure is A plus that of A w, which equals A
@@ -24,7 +23,6 @@ to first order only.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -32,41 +30,12 @@ from typing import Any
 import numpy as np
 
 from .checks import finite, non_negative
-from .elastica import PI4, kernel
 from .errors import InvalidInput, NotConverged
-from .hierarchy import Grid
-
-#: Fields in the order of the paper: theta, N_x, N_y, y, alpha1.
-_FIELDS = 5
+from .linear_operator import FIELDS, LinearOperator
+from .nonlinear_part import remainder, remainder_derivative
 
 #: Batches are cut so that the Jacobians of one batch stay below some 100 MB.
 _BATCH = 512
-
-
-def adjoint_kernel(xi: np.ndarray) -> np.ndarray:
-    """v0 of (25) at ``xi``, one row per equation; it does not depend on beta0."""
-    pi = math.pi
-    sinh, cosh = math.sinh(pi / 2), math.cosh(pi / 2)
-    sine, cosine = np.sin(pi * xi), np.cos(pi * xi)
-    odd, even = np.sinh(pi * (0.5 - xi)), np.cosh(pi * (0.5 - xi))
-    fourth = odd - sinh * cosine - cosh * sine
-    return np.stack(
-        [
-            odd + sinh * cosine + cosh * sine,
-            np.zeros_like(xi),
-            (even - sinh * sine + cosh * cosine) / pi,
-            pi**2 * fourth,
-            fourth / pi**2,
-        ]
-    )
-
-
-def kernel_vector(xi: np.ndarray, beta0: float) -> np.ndarray:
-    """u0 of (22) at ``xi``, one row per field, scaled to alpha1 = 1."""
-    mode = kernel(xi)
-    theta, y, ny = (mode[name] / mode["m"] for name in ("Theta", "Y", "ny"))
-    tip = kernel(np.zeros(1))
-    return np.stack([theta, beta0 * (tip["Y"][0] / tip["m"] - y), ny, y, np.ones_like(xi)])
 
 
 @dataclass(frozen=True)
@@ -127,19 +96,8 @@ class _State:
     defect: np.ndarray
 
 
-def _slope(A: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """sin(A theta)/A, at A = 0 too."""
-    return theta * np.sinc(A * theta / math.pi)
-
-
-def _versine(A: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """(1 - cos(A theta))/A without cancellation, at A = 0 too."""
-    half = _slope(A, 0.5 * theta)
-    return 2.0 * A * half * half
-
-
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class Reduction(LinearOperator):
     """The reduced problem at one beta0; make it with `lyapunov_schmidt`.
 
     Parameters
@@ -149,117 +107,7 @@ class Reduction:
     tol : largest change of the fields of w that counts as converged
     """
 
-    beta0: float
-    nodes: int
     tol: float
-
-    @cached_property
-    def grid(self) -> Grid:
-        """Nodes and integration matrices."""
-        return Grid.gauss(self.nodes)
-
-    @cached_property
-    def u0(self) -> np.ndarray:
-        """Kernel of L, (22), fields by nodes."""
-        return kernel_vector(self.grid.xi, self.beta0)
-
-    @cached_property
-    def v0(self) -> np.ndarray:
-        """Kernel of the adjoint, (25), equations by nodes."""
-        return adjoint_kernel(self.grid.xi)
-
-    def inner(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Scalar product of L2, summed over the fields (last two axes)."""
-        return ((first * second) @ self.grid.weights).sum(axis=-1)
-
-    def P(self, x: np.ndarray) -> np.ndarray:
-        """Projector (26) onto the kernel."""
-        return self._along(self.u0, x)
-
-    def Q(self, y: np.ndarray) -> np.ndarray:
-        """Projector (27) onto the range."""
-        return y - self._along(self.v0, y)
-
-    def _along(self, direction: np.ndarray, x: np.ndarray) -> np.ndarray:
-        scale = self.inner(direction, x) / self.inner(direction, direction)
-        return np.asarray(scale)[..., None, None] * direction
-
-    @cached_property
-    def _inverse(self) -> tuple[np.ndarray, np.ndarray]:
-        """Matrices (G, multiplier): R -> w and R -> mu of L w + mu v0 = R with <u0, w> = 0."""
-        n, beta0 = self.nodes, self.beta0
-        J0, J1, weights = self.grid.from_left, self.grid.to_right, self.grid.weights
-        twice = J1 @ J1
-        one = np.ones(n)
-        # Every field as a linear function of (theta'', alpha1(0)) and of the right-hand side,
-        # with (14) built in; theta'(0) = 0 and <u0, w> = 0 are the last two rows.
-        theta = np.hstack([twice, np.zeros((n, 1))])
-        y = -J1 @ theta
-        alpha1 = np.hstack([np.zeros((n, n)), one[:, None]])
-        ny = J0 @ (alpha1 + PI4 * y)
-        fields = np.stack([theta, -beta0 * J0 @ theta, ny, y, alpha1])
-        blocks = np.zeros((_FIELDS, n, _FIELDS, n))
-        blocks[1, :, 1] = J0
-        blocks[3, :, 3] = -J1
-        blocks[4, :, 4] = J0
-        blocks[2, :, 2] = J0
-        blocks[2, :, 3] = -PI4 * J0 @ J1
-        blocks[2, :, 4] = J0 @ J0
-        source = blocks.reshape(_FIELDS, n, _FIELDS * n)
-        of_v0 = source @ self.v0.ravel()
-
-        functional = (self.u0 * weights).ravel()
-        matrix = np.zeros((n + 2, n + 2))
-        matrix[:n, : n + 1] = np.hstack([np.eye(n), np.zeros((n, 1))]) - ny
-        matrix[:n, n + 1] = self.v0[0] + of_v0[2]
-        matrix[n, :n] = weights
-        matrix[n + 1, : n + 1] = functional @ fields.reshape(-1, n + 1)
-        matrix[n + 1, n + 1] = -functional @ of_v0.ravel()
-        right = np.zeros((n + 2, _FIELDS * n))
-        right[:n] = source[2]
-        right[:n, :n] += np.eye(n)
-        right[n + 1] = -functional @ source.reshape(-1, _FIELDS * n)
-        solution = np.linalg.solve(matrix, right)
-        G = fields.reshape(-1, n + 1) @ solution[: n + 1] + source.reshape(-1, _FIELDS * n)
-        G -= np.outer(of_v0.ravel(), solution[n + 1])
-        return G, solution[n + 1]
-
-    def solve_linear(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return w with L w = Q ``right`` and <u0, w> = 0, and the multiple of v0 taken out."""
-        flat = np.reshape(right, (*np.shape(right)[:-2], -1))
-        G, multiplier = self._inverse
-        return (flat @ G.T).reshape(np.shape(right)), flat @ multiplier
-
-    def _nonlinear(self, V: np.ndarray, A: np.ndarray, lam: np.ndarray) -> np.ndarray:
-        """Nonlinear part B(A V)/A of (29), at A = 0 too."""
-        A, lam = A[..., None], lam[..., None]
-        theta, nx, ny, y, alpha1 = (V[..., i, :] for i in range(_FIELDS))
-        slope, versine = _slope(A, theta), _versine(A, theta)
-        b = np.zeros_like(V)
-        b[..., 0, :] = A * (nx * slope + ny * versine)
-        b[..., 1, :] = self.beta0 * (slope - theta) + A * alpha1 * slope
-        b[..., 2, :] = (self.beta0 + A * alpha1) * versine - lam * y
-        b[..., 3, :] = theta - slope
-        return b
-
-    def _derivative(self, V: np.ndarray, A: np.ndarray, lam: np.ndarray) -> np.ndarray:
-        """Derivative of b with respect to V: equation by field by node."""
-        A, lam = A[..., None], lam[..., None]
-        theta, nx, ny, _, alpha1 = (V[..., i, :] for i in range(_FIELDS))
-        sine, cosine = A * _slope(A, theta), np.cos(A * theta)
-        versine = _versine(A, theta)
-        load = self.beta0 + A * alpha1
-        D = np.zeros((*V.shape[:-2], _FIELDS, _FIELDS, V.shape[-1]))
-        D[..., 0, 0, :] = A * (nx * cosine + ny * sine)
-        D[..., 0, 1, :] = sine
-        D[..., 0, 2, :] = A * versine
-        D[..., 1, 0, :] = load * cosine - self.beta0
-        D[..., 1, 4, :] = sine
-        D[..., 2, 0, :] = load * sine
-        D[..., 2, 3, :] = -lam
-        D[..., 2, 4, :] = A * versine
-        D[..., 3, 0, :] = A * versine
-        return D
 
     def solve(self, A: Any, lam: Any, method: str = "auto", max_iterations: int = 60) -> Correction:
         """Solve (30) for w on arrays of (A, lambda) that broadcast.
@@ -278,7 +126,7 @@ class Reduction:
         if not (np.isfinite(A).all() and np.isfinite(lam).all()):
             raise InvalidInput("A and lambda must be finite.")
         shape, A, lam = A.shape, A.ravel(), lam.ravel()
-        w = np.zeros((A.size, _FIELDS, self.nodes))
+        w = np.zeros((A.size, FIELDS, self.nodes))
         state = _State(w, np.zeros(A.size, int), np.full(A.size, np.nan), np.full(A.size, np.inf))
         if method != "newton":
             self._iterate(state, A, lam, max_iterations)
@@ -286,12 +134,12 @@ class Reduction:
         for start in range(0, todo.size, _BATCH):
             self._newton(state, A, lam, todo[start : start + _BATCH])
         converged = state.defect <= self.tol
-        h = np.where(converged, self.inner(self.v0, self._nonlinear(self.u0 + state.w, A, lam)), np.nan)
+        h = np.where(converged, self.inner(self.v0, remainder(self.beta0, self.u0 + state.w, A, lam)), np.nan)
         mean = state.w[:, 4] @ self.grid.weights
         return Correction(
             h.reshape(shape),
             np.where(converged, A * (1.0 + mean), np.nan).reshape(shape),
-            state.w.reshape(*shape, _FIELDS, self.nodes),
+            state.w.reshape(*shape, FIELDS, self.nodes),
             state.iterations.reshape(shape),
             state.rate.reshape(shape),
             state.defect.reshape(shape),
@@ -305,7 +153,7 @@ class Reduction:
             if not active.size:
                 return
             w = state.w[active]
-            new = -self.solve_linear(self._nonlinear(self.u0 + w, A[active], lam[active]))[0]
+            new = -self.solve_linear(remainder(self.beta0, self.u0 + w, A[active], lam[active]))[0]
             change = np.abs(new - w).max(axis=(-2, -1))
             previous = state.defect[active]
             state.rate[active] = np.where(
@@ -317,15 +165,15 @@ class Reduction:
 
     def _newton(self, state: _State, A: np.ndarray, lam: np.ndarray, active: np.ndarray) -> None:
         """Newton's method from w = 0, for points the iteration has not solved."""
-        size = _FIELDS * self.nodes
-        G = self._inverse[0].reshape(size, _FIELDS, self.nodes)
+        size = FIELDS * self.nodes
+        G = self._inverse[0].reshape(size, FIELDS, self.nodes)
         state.w[active], state.rate[active], state.iterations[active] = 0.0, np.nan, 0
         for _ in range(25):
             if not active.size:
                 return
             w, A_, lam_ = state.w[active], A[active], lam[active]
-            residual = w + self.solve_linear(self._nonlinear(self.u0 + w, A_, lam_))[0]
-            D = self._derivative(self.u0 + w, A_, lam_)
+            residual = w + self.solve_linear(remainder(self.beta0, self.u0 + w, A_, lam_))[0]
+            D = remainder_derivative(self.beta0, self.u0 + w, A_, lam_)
             J = np.einsum("pen,befn->bpfn", G, D, optimize=True).reshape(-1, size, size)
             J += np.eye(size)
             try:
@@ -431,41 +279,6 @@ class Reduction:
             f"the zero set at beta0 = {self.beta0:g} could not be refined.",
             remedy="Narrow the window or raise the number of samples.",
         )
-
-    def transversality(self) -> float:
-        """Share of F_(U beta1)[u0] outside the range of L, between 0 and 1; it must not vanish."""
-        image = np.zeros_like(self.u0)
-        image[2] = -self.u0[3]
-        outside = image - self.Q(image)
-        return float(np.sqrt(self.inner(outside, outside) / self.inner(image, image)))
-
-    def kernel_defect(self) -> float:
-        """Largest defect of L u0 = 0, integrated along the rod, over the size of u0."""
-        theta, nx, ny, y, alpha1 = self.u0
-        J0, J1 = self.grid.from_left, self.grid.to_right
-        defects = (
-            theta - J1 @ J1 @ ny,
-            self.grid.weights @ ny,
-            nx + self.beta0 * J0 @ theta,
-            ny - J0 @ (alpha1 + PI4 * y),
-            y + J1 @ theta,
-        )
-        return float(max(np.abs(d).max() for d in defects) / np.abs(self.u0).max())
-
-    def fredholm_defect(self) -> float:
-        """How far the solvability of L w = R is from <v0, R> = 0.
-
-        L w + mu v0 = R is solved for every right-hand side the grid resolves; mu must be
-        <v0, R> / <v0, v0>.  Returned is the norm of the difference over the norm of mu, as
-        functionals on the lower half of the Legendre modes of each equation.
-        """
-        modes = np.polynomial.legendre.legvander(2.0 * self.grid.xi - 1.0, self.nodes // 2).T
-        R = np.zeros((_FIELDS, len(modes), _FIELDS, self.nodes))
-        for i in range(_FIELDS):
-            R[i, :, i] = modes
-        mu = self.solve_linear(R)[1]
-        expected = self.inner(self.v0, R) / self.inner(self.v0, self.v0)
-        return float(np.linalg.norm(mu - expected) / np.linalg.norm(expected))
 
 
 def lyapunov_schmidt(beta0: float, *, nodes: int = 24, tol: float = 1e-12) -> Reduction:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Flags that make a state unphysical under the law it was computed with.
-DISQUALIFYING = ("y > y0", "p < 0", "y < 0", "alpha1 > 0", "self-contact")
+DISQUALIFYING = ("y > y0", "p < 0", "y < 0", "alpha1 > 0", "tip on plate", "self-contact")
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Equilibrium:
         "certified" if error and certificate are within ``tol``; else what went wrong.
     flags : tuple of str
         What a reader must know about the shape: "y > y0" (under the linear law), "p < 0",
-        "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "self-contact".
+        "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact".
     """
 
     rod: Rod | None

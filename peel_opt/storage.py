@@ -7,28 +7,20 @@ when it is read.
 
 from __future__ import annotations
 
-import io
 import json
-import os
-import secrets
-import zipfile
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
-from .errors import InvalidInput
+from .files import atomic_write, read_file, require_schema, unpack
 from .result import Equilibrium, Stats
 from .rod import Rod
 from .shape import Shape
 
 SCHEMA = "peel_opt equilibrium"
 SCHEMA_VERSION = 1
-
-#: No equilibrium is larger; a file that is, or unpacks to more, is not one.
-MOST_BYTES = 64_000_000
 
 #: Numbers of an equilibrium that are stored; all others follow from them.
 _FLOATS = ("beta0", "lam", "alpha1", "error", "certificate", "tol")
@@ -48,8 +40,8 @@ _SCALED = {
 
 
 @dataclass(frozen=True)
-class _Units:
-    """Names of the units that an equilibrium's attributes are in."""
+class Units:
+    """Names of the units that the attributes of an equilibrium or a branch are in."""
 
     length: str
     pressure: str
@@ -57,7 +49,8 @@ class _Units:
     stiffness: str
 
     @classmethod
-    def of(cls, rod: Rod | None) -> _Units:
+    def of(cls, rod: Rod | None) -> Units:
+        """Return the units that go with a rod: SI, its own eta and T0, or without one sbar and k."""
         if rod is None:
             return cls("sbar", "k/sbar^3", "k/sbar^2", "k")
         if rod.dimensionless:
@@ -83,60 +76,13 @@ class _Units:
         }
 
 
-def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path:
-    """Let ``writer`` fill a file that appears at ``path`` only when it is complete.
-
-    Parameters
-    ----------
-    path : str or Path
-        In a folder that exists; a regular file there is replaced.
-    writer : callable
-        Receives a binary file open for writing.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InvalidInput
-        If the path cannot be written.
-    """
-    target = Path(path)
-    try:
-        if target.is_dir():
-            raise InvalidInput(f"cannot write {target}: it is a folder.", remedy="Give the name of a file.")
-        if not target.parent.is_dir():
-            raise InvalidInput(f"cannot write {target}: there is no folder {target.parent}.")
-        if target.exists() and not target.is_file():
-            raise InvalidInput(f"cannot write {target}: it is not a regular file.")
-        # Beside the target, so that the final rename stays inside one file system.
-        draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(6)}.tmp")
-        try:
-            with open(draft, "xb") as file:
-                writer(file)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(draft, target)
-        finally:
-            draft.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        if isinstance(error, InvalidInput):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise InvalidInput(
-            f"cannot write {str(target)!r}: {reason}.", remedy="Choose a folder you may write to."
-        ) from error
-    return target
-
-
 def equilibrium_record(eq: Equilibrium) -> dict[str, Any]:
     """Return all numbers of an equilibrium, named as its attributes, with the unit in the key.
 
     Without a rod, lengths are in units of sbar and pressures in k/sbar^3; for a rod known by
     its ratio alone, in its eta and T0.
     """
-    units = _Units.of(eq.rod)
+    units = Units.of(eq.rod)
     has_shape = eq.shape.xi.size > 0
     record: dict[str, Any] = {
         f"pressure [{units.pressure}]": float(eq.pressure),
@@ -182,7 +128,7 @@ def write_equilibrium_csv(eq: Equilibrium, path: str | Path) -> Path:
     known = {line.split(" = ")[0] for line in lines}
     derived = {key: value for key, value in equilibrium_record(eq).items() if f"# {key}" not in known}
     lines += [f"# {key} = {json.dumps(value)}" for key, value in derived.items()]
-    columns = {} if eq.rod is None else _Units.of(eq.rod).columns(eq)
+    columns = {} if eq.rod is None else Units.of(eq.rod).columns(eq)
     columns |= {title: getattr(eq.shape, name) for name, title in _SCALED.items()}
     lines.append(",".join(columns))
     lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
@@ -198,22 +144,13 @@ def load_equilibrium(path: str | Path) -> Equilibrium:
     InvalidInput
         If the file cannot be read, is damaged, or is not such a file.
     """
-    source = Path(path)
-    try:
-        if source.stat().st_size > MOST_BYTES:
-            raise ValueError("it is too large")
-        data = source.read_bytes()
-        head, shape = _from_npz(data) if data[:2] == b"PK" else _from_csv(data)
-        return _restore(head, shape)
-    except OSError as error:
-        raise InvalidInput(f"cannot read {str(source)!r}: {error.strerror or error}.") from error
-    # Damage shows as any of these, from the depths of zip, JSON and NumPy.
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
-        reason = f"{error.args[0]!r} is missing" if isinstance(error, KeyError) else str(error)
-        raise InvalidInput(
-            f"{str(source)!r} is no equilibrium file, or it is damaged: {reason.rstrip('.')}.",
-            remedy="Read files that Equilibrium.save or Equilibrium.to_csv wrote.",
-        ) from error
+
+    def parse(data: bytes) -> Equilibrium:
+        return _restore(*(_from_npz(data) if data[:2] == b"PK" else _from_csv(data)))
+
+    return read_file(
+        path, parse, "equilibrium", "Read files that Equilibrium.save or Equilibrium.to_csv wrote."
+    )
 
 
 def _stats_record(stats: Stats) -> dict[str, Any]:
@@ -230,20 +167,19 @@ def _head(eq: Equilibrium) -> dict[str, Any]:
     head |= {name: float(getattr(eq, name)) for name in _FLOATS}
     head |= {name: getattr(eq, name) for name in _TEXTS}
     head["flags"] = list(eq.flags)
-    return head | _Units.of(eq.rod).rod(eq.rod) | _stats_record(eq.stats)
+    return head | Units.of(eq.rod).rod(eq.rod) | _stats_record(eq.stats)
+
+
+def rod_from(head: dict[str, Any]) -> Rod | None:
+    """Return the rod whose numbers, with their units in the keys, are among those of a file."""
+    named = {key.split(" [")[0]: value for key, value in head.items()}
+    numbers = {name: named[name] for name in _ROD if name in named}
+    return Rod(**numbers) if numbers else None
 
 
 def _from_npz(data: bytes) -> tuple[dict[str, Any], Shape]:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:
-            raise ValueError("it is too large")
-        if (damaged := archive.testzip()) is not None:
-            raise ValueError(f"{damaged} does not have its checksum")
-    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-        text = stored["metadata"]
-        if text.dtype.kind != "U" or text.ndim:
-            raise ValueError("its metadata is no text")
-        return _object(str(text)), Shape(**{f.name: stored[f.name] for f in fields(Shape)})
+    head, arrays = unpack(data)
+    return head, Shape(**{f.name: arrays[f.name] for f in fields(Shape)})
 
 
 def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
@@ -268,20 +204,8 @@ def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
     return head, Shape(**columns)
 
 
-def _object(text: str) -> dict[str, Any]:
-    value = json.loads(text)
-    if not isinstance(value, dict):
-        raise ValueError("its metadata is no JSON object")
-    return value
-
-
 def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
-    if head["schema"] != SCHEMA:
-        raise ValueError(f"it holds {head['schema']!r}, not {SCHEMA!r}")
-    if head["schema_version"] != SCHEMA_VERSION:
-        raise ValueError(
-            f"its schema version is {head['schema_version']}, this peel_opt reads version {SCHEMA_VERSION}"
-        )
+    require_schema(head, SCHEMA, SCHEMA_VERSION)
     points = head["points"]
     for f in fields(Shape):
         array = getattr(shape, f.name)
@@ -295,10 +219,8 @@ def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
         if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
             raise ValueError(f"{name} is no text")
     named = {key.split(" [")[0]: value for key, value in head.items()}
-    numbers = {name: named[name] for name in _ROD if name in named}
-    rod = Rod(**numbers) if numbers else None
     return Equilibrium(
-        rod=rod,
+        rod=rod_from(head),
         **{name: head[name] for name in (*_FLOATS, *_TEXTS)},
         flags=tuple(head["flags"]),
         stats=Stats(**{f.name: named[f"stats.{f.name}"] for f in fields(Stats)}),

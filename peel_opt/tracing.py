@@ -106,7 +106,8 @@ def trace(
             )
 
     def walk(transcription: Transcription, control: StepControl) -> list[PrimaryBranch]:
-        family = Family(chosen, transcription, closure)
+        # The tip stays on the plate along the branches of even modes.
+        family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
         walks = [PrimaryBranch(family, side, mode, control, longest=20 * points) for side in sides]
         for w in walks:
             w.extend(partial(_left_for_good, window, w) if rod is None else lambda _: False)
@@ -198,7 +199,7 @@ def _finished(
                 f"unknown quantity {name!r} in at=.", remedy=f"Choose one of {', '.join(HOLDS)}."
             )
         for value in values:
-            extra += _landings(walk.family, points, name, finite(name, value))
+            extra += landings(walk.family, points, name, finite(name, value))
     known = {id(p) for p in points}
     points = sorted(points + [p for p in extra if id(p) not in known], key=lambda p: p.arclength)
     ordered = sorted(specials, key=lambda s: s.point.arclength)
@@ -214,11 +215,11 @@ def _cut(family: Family, points: list[Point], window: tuple[float, float]) -> tu
     if last + 1 == len(points):
         return points, False
     border = high if points[last + 1].scalars.lam > high else low
-    landed = _landings(family, points[last : last + 2], "lam", border)
+    landed = landings(family, points[last : last + 2], "lam", border)
     return points[: last + 1] + landed, True
 
 
-def _landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
+def landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
     """Points of a branch at which a quantity has a value exactly."""
     given = Closure("length", value) if name == "length_ratio" else closure_for(name, value)
     miss = rows(given)

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from peel_opt.errors import InvalidInput
-from peel_opt.hierarchy import uniform_series
 from peel_opt.reduction import lyapunov_schmidt
+from peel_opt.series import uniform_series
 
 
 @pytest.fixture(scope="module", params=[0.0, 4.0, 30.0])

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
+import casadi as ca
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import peel_opt as po
 from peel_opt import nlp
 from peel_opt.closures import Closure, rows
-from peel_opt.cohesion import COHESIVE, LINEAR
+from peel_opt.cohesion import COHESIVE, LINEAR, Piece, exponential
+from peel_opt.continuation import Family, StepControl, transition
 from peel_opt.elastica import Scalars, kernel
-from peel_opt.newton import correct
-from peel_opt.continuation import Family
+from peel_opt.newton import correct, newton
 from peel_opt.primary import PATH, PrimaryBranch
-from peel_opt.transcription import Profile, Shooting, Spectral
+from peel_opt.transcription import Collocation, Profile, Shooting, Spectral, Transcription
 from peel_opt.transcription.base import PROFILE_POINTS, chebyshev
 
 GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))
@@ -105,6 +108,103 @@ def test_elements_refine_like_nodes() -> None:
     problem = Spectral(nodes=6, elements=4).discretise(LINEAR.pieces)
     result = correct(problem, problem.pack(start()), rows(*GROUPS))
     assert abs(problem.scalars(result.x).alpha1 - ALPHA1) < 1e-9
+
+
+COUPLED, FREE = COHESIVE.pieces
+
+
+@pytest.mark.parametrize("settings", [Spectral(10), Spectral(5, elements=2)], ids=repr)
+@pytest.mark.parametrize(
+    "phases",
+    [(COUPLED,), (FREE, COUPLED), (COUPLED, FREE, COUPLED), exponential().pieces],
+    ids=["one", "two", "three", "exponential"],
+)
+@pytest.mark.parametrize("amplitude", [0.7, 1e-4])
+def test_the_jacobian_by_matrix_products_is_the_automatic_one(
+    settings: Spectral, phases: tuple[Piece, ...], amplitude: float
+) -> None:
+    problem = settings.discretise(phases)
+    x = np.random.default_rng(0).normal(size=problem.size)
+    x[problem.field_count :] = [*[0.3, 0.2][: len(phases) - 1], amplitude, -5.0, 2.0, 3.0]
+    residual, jacobian = problem.linearise(x)
+    automatic = ca.Function("automatic", [problem.x], [ca.jacobian(problem.expression, problem.x)])
+    expected = automatic(x).full()
+    np.testing.assert_allclose(jacobian, expected, atol=1e-12 * np.max(np.abs(expected)), rtol=1e-12)
+    np.testing.assert_array_equal(residual, problem.residual(x))
+    np.testing.assert_array_equal(jacobian, problem.linearised(x)[1].full())
+
+
+@pytest.mark.parametrize("settings", [Shooting(40, "rk4"), Collocation(40)], ids=repr)
+def test_large_systems_are_sparse_and_solved_alike(settings: Transcription) -> None:
+    problem = settings.discretise(LINEAR.pieces)
+    assert sp.issparse(problem.linearise(problem.pack(start()))[1])
+    closed = correct(problem, problem.pack(start()), GROUPS)
+    bordered = correct(problem, problem.pack(start()), rows(*GROUPS))
+    assert closed.converged
+    np.testing.assert_allclose(closed.x, bordered.x, atol=1e-11)
+
+
+def test_compiled_closures_are_the_same_question() -> None:
+    problem = Spectral(12).discretise(LINEAR.pieces)
+    x = problem.pack(start(0.5))
+    closed, bordered = correct(problem, x, GROUPS), correct(problem, x, rows(*GROUPS))
+    assert closed.iterations == bordered.iterations
+    np.testing.assert_allclose(closed.x, bordered.x, rtol=1e-13)
+
+
+def test_kept_factors_end_where_newton_does() -> None:
+    problem = Spectral(12).discretise(LINEAR.pieces)
+    factorisations = []
+
+    def linearise(x: np.ndarray) -> tuple:
+        equations, jacobian = problem.linearise(x)
+        values, border = rows(*GROUPS)(x[-4:])
+        matrix = np.vstack([jacobian, np.pad(border, ((0, 0), (problem.size - 4, 0)))])
+        factorisations.append(1)
+        return np.append(equations, values), lambda: lambda b: np.linalg.solve(matrix, b)
+
+    def equations(x: np.ndarray) -> np.ndarray:
+        return np.append(problem.residual(x), rows(*GROUPS)(x[-4:])[0])
+
+    x, scale = problem.pack(start(0.5)), np.ones(problem.size)
+    results, counts = [], []
+    for keep in (None, equations):
+        factorisations.clear()
+        results.append(newton(linearise, x, scale, equations=keep))
+        counts.append(len(factorisations))
+    assert all(result.converged for result in results)
+    np.testing.assert_allclose(results[0].x, results[1].x, rtol=1e-12)
+    assert counts[1] < counts[0]
+
+
+def test_threads_do_not_share_the_memory_of_a_compiled_problem() -> None:
+    problem = Spectral(16).discretise((FREE, COUPLED))
+    points = np.random.default_rng(1).normal(size=(64, problem.size))
+    expected = [problem.linearise(x)[1] for x in points]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda x: problem.linearise(x)[1], points))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_three_transcriptions_walk_the_same_branch() -> None:
+    """Each from T on by itself, over the fold in length, into two phases and past the minimum."""
+    amplitudes = (0.1, 0.5, 1.2, 2.0)
+    branches = []
+    for settings in (Spectral(24), Collocation(16), Shooting(20)):
+        family = Family(COHESIVE, settings, Closure("ratio", 1.0))
+        walk = family.walk(transition(family), StepControl(first=0.1))
+        found, here = [], next(walk)
+        for amplitude in amplitudes:
+            while amplitude > here.scalars.A:
+                here = next(walk)
+            solved = family.solve(here.profile, Closure("amplitude", amplitude))
+            assert solved is not None
+            scalars = solved[0].scalars(solved[1].x)
+            found.append((len(solved[0].phases), scalars.pressure_ratio, scalars.sigma))
+        branches.append(found)
+    assert {phases for phases, _, _ in branches[0]} == {1, 2}
+    for other in branches[1:]:
+        np.testing.assert_allclose(other, branches[0], atol=3e-9)
 
 
 @pytest.mark.parametrize("amplitude", [0.1, 0.2, 0.5])

@@ -1,10 +1,11 @@
-"""Pictures: a rod and the forces on it, families of shapes, figures on disk.
+"""Pictures: a rod and the forces on it, families of shapes, branches, figures on disk.
 
 Nothing here touches the state of pyplot: functions draw into the axes they are given, or into
 a figure of their own that works without a display, and return the axes.
 """
 
+from .branches import plot_branch
 from .equilibria import plot_equilibrium, plot_family
 from .files import save_figure
 
-__all__ = ["plot_equilibrium", "plot_family", "save_figure"]
+__all__ = ["plot_branch", "plot_equilibrium", "plot_family", "save_figure"]

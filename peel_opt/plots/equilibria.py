@@ -14,7 +14,7 @@ from ..result import Equilibrium
 from . import style
 from .forces import Arrows, Forces, forces_on
 from .scene import Scene, add_legend, dress, own_axes, stage
-from .words import LengthUnit, length_unit, load, title, warnings_of
+from .words import AxisUnit, length_unit, load, title, warnings_of
 
 
 def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = True) -> Axes:
@@ -131,7 +131,7 @@ def _require_shape(eq: Equilibrium) -> None:
         )
 
 
-def _range(eq: Equilibrium, unit: LengthUnit) -> float | None:
+def _range(eq: Equilibrium, unit: AxisUnit) -> float | None:
     """Return y0 in the coordinates of the axes; at beta0 = 0 the law has no range."""
     if eq.rod is not None:
         return eq.rod.adhesion_range / unit.size

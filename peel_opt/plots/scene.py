@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
 from . import style
-from .words import LengthUnit
+from .words import AxisUnit
 
 #: A picture flatter than this, height over width, gets a larger vertical scale ...
 FLATTEST = 0.15
@@ -87,7 +87,7 @@ def own_axes(scene: Scene) -> Axes:
     return axes
 
 
-def dress(ax: Axes, scene: Scene, unit: LengthUnit, corners: np.ndarray) -> None:
+def dress(ax: Axes, scene: Scene, unit: AxisUnit, corners: np.ndarray) -> None:
     """Draw plate and y0, and set limits, scale and labels so that all ``corners`` are inside."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     pad = 0.03 * scene.width

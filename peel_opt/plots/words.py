@@ -17,6 +17,7 @@ MEANINGS = {
     "p < 0": "$p < 0$: the pressure pushes towards the plate",
     "y < 0": "$y < 0$: the rod passes through the plate",
     "alpha1 > 0": r"$\alpha_1 > 0$: spurious branch",
+    "tip on plate": "the tip is held down to the plate",
     "self-contact": "the rod crosses itself: contact is not modelled",
 }
 
@@ -24,7 +25,7 @@ ANSWERS = {"pressure_ratio": "$p/T_0$", "length_ratio": r"$\bar s/\eta$", "alpha
 
 
 @dataclass(frozen=True)
-class LengthUnit:
+class AxisUnit:
     """The unit of an axis: ``size`` in the unit of the data; a symbol divides, a name stands in brackets."""
 
     size: float
@@ -36,14 +37,22 @@ class LengthUnit:
         return f"${quantity}/{self.name}$" if self.is_symbol else f"${quantity}$ [{self.name}]"
 
 
-def length_unit(rod: Rod | None, extent: float) -> LengthUnit:
+def length_unit(rod: Rod | None, extent: float) -> AxisUnit:
     """Return the unit in which a picture of a rod, ``extent`` across, is drawn."""
     if rod is None:
-        return LengthUnit(1.0, r"\bar s", is_symbol=True)
+        return AxisUnit(1.0, r"\bar s", is_symbol=True)
     if rod.dimensionless:
-        return LengthUnit(1.0, r"\eta", is_symbol=True)
+        return AxisUnit(1.0, r"\eta", is_symbol=True)
     exponent = _exponent(extent)
-    return LengthUnit(10.0**exponent, f"{PREFIXES[exponent]}m")
+    return AxisUnit(10.0**exponent, f"{PREFIXES[exponent]}m")
+
+
+def pressure_unit(rod: Rod, largest: float) -> AxisUnit:
+    """Return the unit of an axis of pressures up to ``largest``."""
+    if rod.dimensionless:
+        return AxisUnit(1.0, "T_0", is_symbol=True)
+    exponent = _exponent(largest)
+    return AxisUnit(10.0**exponent, f"{PREFIXES[exponent]}Pa")
 
 
 def quantity(value: float, unit: str) -> str:

@@ -1,7 +1,8 @@
 """Ways to turn (12) into finitely many equations: one file each, one protocol."""
 
 from .base import Discretisation, Phases, Profile, Transcription
+from .collocation import Collocation
 from .shooting import Shooting
 from .spectral import Spectral
 
-__all__ = ["Discretisation", "Phases", "Profile", "Shooting", "Spectral", "Transcription"]
+__all__ = ["Collocation", "Discretisation", "Phases", "Profile", "Shooting", "Spectral", "Transcription"]

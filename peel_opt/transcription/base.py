@@ -19,9 +19,11 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy.sparse as sp
 
 from ..cohesion import Piece
 from ..elastica import FIELDS, Scalars
+from .compiled import DENSE_LIMIT, Compiled, Pattern
 
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]
@@ -105,6 +107,7 @@ class Discretisation(ABC):
         self.phases = phases
         self.field_count = field_count
         self.x = ca.MX.sym("x", field_count + len(phases) - 1 + 4)
+        self._samplers: dict[bytes, ca.Function] = {}
 
     @property
     def size(self) -> int:
@@ -143,10 +146,35 @@ class Discretisation(ABC):
         """The residual expression, built once."""
         return self.residual_expression()
 
+    def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
+        """R(x) and dR/dx; a method that knows a cheaper way than automatic differentiation takes it."""
+        return self.expression, ca.jacobian(self.expression, self.x)
+
     @cached_property
     def linearised(self) -> ca.Function:
         """Compiled x -> (R, dR/dx)."""
-        return ca.Function("linearised", [self.x], [self.expression, ca.jacobian(self.expression, self.x)])
+        return ca.Function("linearised", [self.x], list(self.linearised_expressions()))
+
+    @cached_property
+    def _linearise(self) -> tuple[Compiled, Pattern | None]:
+        residual, jacobian = self.linearised(self.x)
+        if self.size <= DENSE_LIMIT:
+            return Compiled(ca.Function("dense", [self.x], [residual, ca.densify(jacobian)])), None
+        return Compiled(self.linearised), Pattern.of(self.linearised.sparsity_out(1))
+
+    def linearise(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | sp.csc_matrix]:
+        """R and dR/dx as arrays; the latter sparse in systems above `DENSE_LIMIT`."""
+        compiled, pattern = self._linearise
+        residual, jacobian = compiled(x)
+        return residual, jacobian if pattern is None else pattern.matrix(jacobian)
+
+    @cached_property
+    def _residual(self) -> Compiled:
+        return Compiled(ca.Function("residual", [self.x], [self.expression]))
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """R alone, for the price of a few products of a matrix and a vector."""
+        return self._residual(x)[0]
 
     @cached_property
     def tip_height(self) -> ca.Function:
@@ -155,12 +183,15 @@ class Discretisation(ABC):
         return ca.Function("tip", [self.x], [tip, ca.jacobian(tip, self.x)])
 
     @cached_property
-    def _profile_sampler(self) -> ca.Function:
-        return self.sampler(chebyshev(PROFILE_POINTS)[0])
+    def _profile_sampler(self) -> Compiled:
+        return Compiled(self.sampler(chebyshev(PROFILE_POINTS)[0]))
 
     def sampler(self, zeta: np.ndarray) -> ca.Function:
-        """Compiled x -> fields at local coordinates ``zeta`` of every phase."""
-        return ca.Function("sample", [self.x], [self.sample_expression(zeta)])
+        """Compiled x -> fields at local coordinates ``zeta`` of every phase, remembered."""
+        key = np.asarray(zeta, dtype=float).tobytes()
+        if key not in self._samplers:
+            self._samplers[key] = ca.Function("sample", [self.x], [self.sample_expression(zeta)])
+        return self._samplers[key]
 
     def scalars(self, x: np.ndarray) -> Scalars:
         """The four scalars of a solution, as floats."""
@@ -173,7 +204,7 @@ class Discretisation(ABC):
 
     def profile(self, x: np.ndarray) -> Profile:
         """Sample a solution."""
-        values = self._profile_sampler(x).full().reshape(len(self.phases), PROFILE_POINTS, len(FIELDS))
+        values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(FIELDS))
         return Profile(self.lengths(x), values, self.scalars(x))
 
     def pack(self, profile: Profile) -> np.ndarray:

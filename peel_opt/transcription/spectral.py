@@ -7,14 +7,14 @@ Theta'' at its nodes.  Converges faster than any power of the number of nodes.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..elastica import Scalars, bending, sin_over, vertical_load
-from .base import Discretisation, Phases, Profile, Transcription, switch_equations
+from .base import Discretisation, Phases, Profile, Transcription
+from .spectral_fields import Integration, SpectralFields
 
 
 @lru_cache(maxsize=64)
@@ -31,8 +31,8 @@ def integration_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
     degrees = np.arange(nodes)
     to_series = (degrees + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
     z = 2.0 * np.asarray(zeta) - 1.0
-    columns = [legendre.legval(z, legendre.legint(np.eye(nodes)[d], lbnd=-1)) for d in degrees]
-    return 0.5 * np.stack(columns, axis=-1) @ to_series
+    integrals = legendre.legval(z, legendre.legint(np.eye(nodes), lbnd=-1))
+    return 0.5 * integrals.T @ to_series
 
 
 @dataclass(frozen=True)
@@ -75,16 +75,18 @@ class SpectralDiscretisation(Discretisation):
         # On a phase of length 1: cumulative integral at its nodes, and the whole integral.
         self.zeta = np.concatenate([(e + nodes) / settings.elements for e in range(settings.elements)])
         self.whole = np.tile(weights, settings.elements) / settings.elements
-        self._fields = self._field_expressions()
 
     def _cumulative(self, zeta: np.ndarray) -> np.ndarray:
         """Matrix from nodal values of one phase of length 1 to integrals from 0 to ``zeta``."""
         n, elements = self.settings.nodes, self.settings.elements
         element = np.minimum((np.asarray(zeta) * elements).astype(int), elements - 1)
         out = np.zeros((len(zeta), self.local))
-        for row, (z, e) in enumerate(zip(zeta, element, strict=True)):
-            out[row, : e * n] = self.whole[: e * n]
-            out[row, e * n : (e + 1) * n] = integration_matrix(n, np.array([z * elements - e]))[0] / elements
+        for e in np.unique(element):
+            here = element == e
+            out[here, : e * n] = self.whole[: e * n]
+            out[here, e * n : (e + 1) * n] = (
+                integration_matrix(n, np.asarray(zeta)[here] * elements - e) / elements
+            )
         return out
 
     def _chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -96,57 +98,31 @@ class SpectralDiscretisation(Discretisation):
         ends = np.kron(np.tril(np.ones((count, count))), self.whole)
         return inside + before, ends
 
-    def _field_expressions(self) -> dict[str, ca.MX]:
-        """Fields at the nodes and what integrates to them."""
+    def _expressions(self, *, gradients: bool) -> SpectralFields:
+        """Return the fields at the nodes and at the ends of the phases."""
         curl, lengths, tail = self.symbols()
-        scalars = Scalars(*ca.vertsplit(tail))
-        h = ca.vertcat(*(ca.repmat(length, self.local, 1) for length in lengths))
-        to_nodes, to_ends = self._chain(self.zeta)
-        K = to_nodes @ (h * curl)
-        Theta = -1 + to_nodes @ (h * K)
-        slope = self._pointwise(lambda t, _y, s, _p: sin_over(s.A, t), Theta, Theta, tail)
-        rise = to_nodes @ (h * slope)
-        Y_tip = -(to_ends[-1:, :] @ (h * slope))
-        Y = Y_tip + rise
-        load = self._pointwise(vertical_load, Theta, Y, tail)
-        return {
-            "h": h,
-            "curl": curl,
-            "K": K,
-            "Theta": Theta,
-            "slope": slope,
-            "Y_tip": Y_tip,
-            "Y": Y,
-            "load": load,
-            "nx": -scalars.alpha * rise,
-            "ny": to_nodes @ (h * load),
-            "to_ends": to_ends,
-        }
+        count = len(self.phases)
+        ones = np.ones((self.local, 1))
+        h = ca.vertcat(*(length * ca.DM(ones) for length in lengths))
+        # The last length is what the others leave.
+        dh = np.zeros((self.field_count, self.size))
+        free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
+        dh[:, self.field_count : self.size - 4] = np.kron(free, ones)
+        integration = Integration(np.vstack(self._chain(self.zeta)), h, dh, self.field_count)
+        return SpectralFields(self.phases, integration, curl, tail, gradients=gradients)
 
-    def _pointwise(self, function: object, Theta: ca.MX, Y: ca.MX, tail: ca.MX) -> ca.MX:
-        """Apply a function of (Theta, Y, scalars, piece) at the nodes of every phase."""
-        theta, y, s = ca.SX.sym("Theta"), ca.SX.sym("Y"), ca.SX.sym("s", 4)
-        blocks = []
-        for j, piece in enumerate(self.phases):
-            expression = function(theta, y, Scalars(*ca.vertsplit(s)), piece)  # type: ignore[operator]
-            block = slice(j * self.local, (j + 1) * self.local)
-            mapped = ca.Function("pointwise", [theta, y, s], [expression]).map(self.local)
-            blocks.append(mapped(Theta[block].T, Y[block].T, ca.repmat(tail, 1, self.local)).T)
-        return ca.vertcat(*blocks)
+    @cached_property
+    def _fields(self) -> SpectralFields:
+        return self._expressions(gradients=False)
 
     def residual_expression(self) -> ca.MX:
         """(12a) at the nodes, K(1) = 0, Theta(1) = 0, y = y0 at the switches."""
-        f = self._fields
-        scalars = Scalars(*ca.vertsplit(self.symbols()[2]))
-        ends = f["to_ends"]
-        balance = f["curl"] - bending(f["Theta"], f["nx"], f["ny"], scalars)
-        heights = scalars.height(f["Y_tip"] + ends[:-1, :] @ (f["h"] * f["slope"]))
-        return ca.vertcat(
-            balance,
-            ends[-1:, :] @ (f["h"] * f["curl"]),
-            -1 + ends[-1:, :] @ (f["h"] * f["K"]),
-            *switch_equations(self.phases, ca.vertsplit(heights) if len(self.phases) > 1 else []),
-        )
+        return self._fields.residual()
+
+    def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
+        """Return the residual and its Jacobian, by matrix products instead of column by column."""
+        fields = self._expressions(gradients=True)
+        return fields.residual(), fields.jacobian()
 
     @property
     def angle_row(self) -> int:
@@ -155,20 +131,20 @@ class SpectralDiscretisation(Discretisation):
 
     def tip_expression(self) -> ca.MX:
         """Y(0)."""
-        return self._fields["Y_tip"]
+        return self._fields.Y_tip
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields at the same local coordinates in every phase."""
         f = self._fields
-        scalars = Scalars(*ca.vertsplit(self.symbols()[2]))
-        there, _ = self._chain(np.asarray(zeta))
-        rise = there @ (f["h"] * f["slope"])
+        matrix, _ = self._chain(np.asarray(zeta))
+        there = replace(f.integration, matrix=matrix)
+        rise = there.of(f.slope.values)
         return ca.horzcat(
-            -1 + there @ (f["h"] * f["K"]),
-            there @ (f["h"] * f["curl"]),
-            -scalars.alpha * rise,
-            there @ (f["h"] * f["load"]),
-            f["Y_tip"] + rise,
+            -1 + there.of(f.K[: self.field_count]),
+            there.of(f.curl),
+            -f.scalars.alpha * rise,
+            there.of(f.load.values),
+            f.Y_tip + rise,
         )
 
     def pack_fields(self, profile: Profile) -> np.ndarray:

@@ -1,0 +1,66 @@
+"""The fold as an optimum: the least lambda at which a detached equilibrium exists."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from . import nlp
+from .checks import positive
+from .closures import Closure
+from .cohesion import LINEAR
+from .errors import NoEquilibrium, NotConverged
+from .primary import primary_branch
+from .transcription import Shooting
+from .transcription.base import Transcription
+
+
+@dataclass(frozen=True)
+class FoldOptimum:
+    """The fold in lambda at one beta0, found as a minimum."""
+
+    beta0: float
+    lam: float
+    alpha1: float
+    iterations: int
+
+
+def least_lambda(beta0: float, *, transcription: Transcription | None = None) -> FoldOptimum:
+    """Minimise lambda over all detached equilibria at fixed beta0, by IPOPT.
+
+    The constraints are the discretised (12) with the amplitude divided out, so that the
+    straight rod, which exists at every lambda, is not among the candidates.  The start is a
+    state on the branch between T and the fold, not the fold located on it.
+
+    Parameters
+    ----------
+    beta0 : float
+    transcription : Transcription, optional
+        Default: multiple shooting with 24 intervals.
+
+    Raises
+    ------
+    NoEquilibrium
+        If the branch through T has no fold at this beta0 (above 37.546).
+    NotConverged
+        If IPOPT fails.
+    """
+    sigma = math.cbrt(positive("beta0", beta0))
+    branch = primary_branch(LINEAR, Closure("length", sigma))
+    branch.extend(lambda _: branch.fold("LP-lambda") is not None)
+    fold = branch.fold("LP-lambda")
+    if fold is None:
+        raise NoEquilibrium(
+            f"at beta0 = {beta0:g} the branch through T has no fold in lambda.",
+            remedy="Folds exist up to beta0 = 37.546; see fold_curve.",
+        )
+    before = [p for p in branch.points if 0.0 < p.arclength < fold.point.arclength][-1]
+    problem = (transcription or Shooting(intervals=24)).discretise(LINEAR.pieces)
+    solution = nlp.minimise_lambda(problem, problem.pack(before.profile), Closure("length", sigma))
+    if not solution.solved:
+        raise NotConverged(
+            f"IPOPT stopped with {solution.status} while minimising lambda at beta0 = {beta0:g}.",
+            remedy="Try a finer transcription.",
+        )
+    s = problem.scalars(solution.x)
+    return FoldOptimum(s.beta0, s.lam, s.alpha1, solution.iterations)

@@ -1,0 +1,293 @@
+"""`equilibria`: every state that can be found for one question."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from .answer import Method, answer, as_method
+from .certify import report
+from .checks import finite, non_negative, positive
+from .closures import Closure
+from .cohesion import COHESIVE, LINEAR, CohesiveLaw
+from .continuation import Family
+from .elastica import PI4
+from .errors import InvalidInput, NotCertified, NotConverged
+from .phases import layout
+from .primary import Candidate, crossings, primary_branch
+from .result import DISQUALIFYING, Equilibrium
+from .rod import Rod
+from .tip_scan import TipShooting, starts_at_length, starts_at_pressure
+from .transcription import Spectral
+from .transcription.base import Profile, Transcription
+
+#: Mesh on which starts are corrected and walked from.
+SEARCH = Spectral(nodes=24)
+
+#: Range of p/T0 that is searched, for questions at a given length.
+PRESSURES = (-2.0, 5.0)
+
+#: Above this gamma = beta1^(1/4) shapes part so fast that a grid misses some, and the states
+#: found are followed through other rods at the same length for more.
+EASY_GAMMA = 6.0
+
+#: Points walked in each direction for that, and states after which it ends.
+DETOUR, MOST_STATES = 30, 40
+
+#: Relative distance in answer and tip angle within which two solutions are one.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A solution and the name of its family."""
+
+    profile: Profile
+    state: str
+
+
+def equilibria(
+    rod: Rod | None = None,
+    *,
+    pressure: float | None = None,
+    length: float | None = None,
+    beta0: float | None = None,
+    lam: float | None = None,
+    beta1: float | None = None,
+    law: str | CohesiveLaw | None = None,
+    method: str | Method | Transcription = "spectral",
+    tol: float = 1e-8,
+) -> list[Equilibrium]:
+    """Return every equilibrium that can be found for a question, labelled and certified.
+
+    The states on the rod's primary branch are read off it, completely.  Off it, a grid of
+    shapes shot from the free tip is searched; that finds what lies in its range, but proves
+    nothing about what it does not find.
+
+    Parameters
+    ----------
+    rod : Rod, optional
+        With ``pressure`` [Pa] or ``length`` [m].
+    beta0, lam, beta1 : float, optional
+        The paper's groups instead: beta0 > 0 and one of the others.
+    law : str or CohesiveLaw, optional
+        Default: law (8) for a rod, the linear law in the groups.
+    method, tol
+        As for `pressure_given_length`.
+
+    Returns
+    -------
+    list of Equilibrium
+        Sorted by p/T0, at one pressure by length.  ``state`` is "middle", "lower" or "folded"
+        on the primary branch, "spurious" for alpha1 > 0 or y < 0, else "other".  A state whose
+        tip is held down to the plate carries the flag "tip on plate"; its certificate is
+        |p y_tip - Phi(y_tip)| / (T0 y0), which says less than the usual one.
+
+    Raises
+    ------
+    InvalidInput
+        If the arguments do not form a question.
+
+    Examples
+    --------
+    >>> [eq.state for eq in equilibria(Rod.from_ratio(1.0), length=3.05) if eq.valid]
+    ['lower', 'middle']
+    """
+    ask = _Ask.of(rod, pressure, length, beta0, lam, beta1, law)
+    chosen = as_method(method)
+    tol = positive("tol", tol)
+    results: list[Equilibrium] = []
+    for found in _distinct(_search(ask)):
+        solved = _certified(ask, found, chosen, tol)
+        if solved is not None and not any(_same(solved, other) for other in results):
+            results.append(solved)
+    return sorted(results, key=lambda eq: (eq.alpha1 / eq.beta0, eq.beta0, eq.tip_angle))
+
+
+@dataclass(frozen=True)
+class _Ask:
+    """A question about all states: two closures, the rod's ratio, and what is searched."""
+
+    rod: Rod | None
+    law: CohesiveLaw
+    auto: bool
+    ratio: float
+    asked: str
+    target: Closure
+    given: tuple[Closure, Closure]
+
+    @classmethod
+    def of(
+        cls,
+        rod: Rod | None,
+        pressure: float | None,
+        length: float | None,
+        beta0: float | None,
+        lam: float | None,
+        beta1: float | None,
+        law: str | CohesiveLaw | None,
+    ) -> _Ask:
+        groups = beta0 is not None
+        if (rod is None) != groups or sum(v is not None for v in (pressure, length, lam, beta1)) != 1:
+            raise InvalidInput(
+                "give a rod with pressure or length, or beta0 with lam or beta1.",
+            )
+        named = {
+            None: LINEAR if groups else COHESIVE,
+            "auto": COHESIVE,
+            "linear": LINEAR,
+            "cohesive": COHESIVE,
+        }
+        if not isinstance(law, CohesiveLaw) and law not in named:
+            raise InvalidInput(
+                f"unknown law {law!r}.", remedy="Choose auto, linear, cohesive, or pass a CohesiveLaw."
+            )
+        chosen = law if isinstance(law, CohesiveLaw) else named[law]
+        auto = law == "auto" or (law is None and not groups)
+        if groups:
+            sigma = math.cbrt(positive("beta0", non_negative("beta0", beta0)))
+            shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
+            if shift <= -PI4:
+                raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
+            ratio, target = (PI4 + shift) / sigma**4, Closure("length", sigma)
+            return cls(None, chosen, auto, ratio, "alpha1", target, (target, Closure("lam", shift)))
+        assert rod is not None
+        fixed = Closure("ratio", rod.ratio)
+        if length is not None:
+            target, asked = Closure("length", rod.length_ratio(length)), "pressure_ratio"
+        else:
+            assert pressure is not None
+            target, asked = Closure("pressure", rod.pressure_ratio(pressure)), "length_ratio"
+        return cls(rod, chosen, auto, rod.ratio, asked, target, (fixed, target))
+
+
+def _search(ask: _Ask) -> list[_Found]:
+    """States of the primary branch first, then what the search from the tip finds."""
+    found = _on_primary_branch(ask)
+    for touching in (False, True):
+        if ask.law not in (LINEAR, COHESIVE):
+            break  # the search from the tip knows these two
+        shooting = TipShooting(ask.law, ask.ratio, touching)
+        label = _label if not touching else (lambda _: "other")
+        found += [_Found(p, label(p)) for p in _corrected(ask, _starts(ask, shooting))]
+    gamma = (ask.ratio * ask.target.value**4) ** 0.25
+    if ask.target.kind == "length" and gamma > EASY_GAMMA:
+        found = _with_detours(ask, found)
+    return found
+
+
+def _on_primary_branch(ask: _Ask) -> list[_Found]:
+    closure = Closure("ratio", ask.ratio)
+    found = []
+    for side in (1, -1):
+        branch = primary_branch(ask.law, closure, side)
+        branch.extend(partial(_past, branch, ask.target, side))
+        for candidate in branch.candidates(ask.target):
+            try:
+                found.append(_Found(candidate.profile, candidate.state))
+            except NotConverged:
+                continue  # near the end of the branch; the search from the tip has another chance
+    return found
+
+
+def _past(branch: object, target: Closure, side: int, last: object) -> bool:
+    """Whether an endless side of the branch has been walked far enough."""
+    points = branch.points  # type: ignore[attr-defined]
+    s = last.scalars  # type: ignore[attr-defined]
+    endless = side < 0 or branch.family.law is LINEAR  # type: ignore[attr-defined]
+    if not endless or len(points) < 2:
+        return False
+    if target.kind == "length":
+        beyond = s.sigma > target.value and not PRESSURES[0] < s.pressure_ratio < PRESSURES[1]
+    else:
+        beyond = s.pressure_ratio > target.value if side < 0 else s.pressure_ratio < target.value
+    return beyond or len(points) > 200
+
+
+def _starts(ask: _Ask, shooting: TipShooting) -> list[Profile]:
+    if ask.target.kind == "length":
+        lowest = PRESSURES[0] if ask.law is LINEAR else 0.002
+        return starts_at_length(shooting, ask.target.value, (lowest, PRESSURES[1]))
+    branch = primary_branch(ask.law, Closure("ratio", ask.ratio))
+    longest = 1.2 * max((p.scalars.sigma for p in branch.points), default=4.0)
+    return starts_at_pressure(shooting, ask.target.value, longest)
+
+
+def _corrected(ask: _Ask, starts: list[Profile]) -> list[Profile]:
+    family = Family(ask.law, SEARCH, Closure("ratio", ask.ratio), tip_free=False)
+    solved = (family.solve(start, ask.target) for start in starts)
+    return [problem.profile(result.x) for problem, result in (s for s in solved if s is not None)]
+
+
+def _label(profile: Profile) -> str:
+    return "spurious" if profile.scalars.alpha1 > 0.0 else "other"
+
+
+def _with_detours(ask: _Ask, found: list[_Found]) -> list[_Found]:
+    """Follow each state through other rods at the same length, for states the grid missed."""
+    isolength = Family(ask.law, SEARCH, ask.target, tip_free=False)
+    queue, every = list(found), list(found)
+    while queue and len(every) < MOST_STATES:
+        state = queue.pop(0)
+        for candidate in _met_again(isolength, state.profile, Closure("ratio", ask.ratio)):
+            try:
+                profile = candidate.profile
+            except NotConverged:
+                continue
+            if not any(_close(profile, other.profile) for other in every):
+                new = _Found(profile, _label(profile))
+                every.append(new)
+                queue.append(new)
+    return every
+
+
+def _met_again(family: Family, profile: Profile, ratio: Closure) -> list[Candidate]:
+    """Places where a walk at fixed length comes back to the rod."""
+    solved = family.solve(profile, ratio)
+    if solved is None:
+        return []
+    met: list[Candidate] = []
+    for sign in (1.0, -1.0):
+        forward = sign * np.array([1.0, 0.3, 0.2, 0.1])
+        start = family.point(solved[0], solved[1].x, forward, 0.0, solved[1].iterations)
+        points = list(islice(family.walk(start), DETOUR))
+        met += crossings(family, points[1:], ratio, lambda _: "other")
+    return met
+
+
+def _distinct(found: list[_Found]) -> list[_Found]:
+    """Keep the first of all that coincide; those of the primary branch come first."""
+    kept: list[_Found] = []
+    for state in found:
+        if not any(_close(state.profile, other.profile) for other in kept):
+            kept.append(state)
+    return kept
+
+
+def _close(a: Profile, b: Profile) -> bool:
+    gap = abs(a.scalars.alpha - b.scalars.alpha) + abs(a.scalars.A - b.scalars.A)
+    return gap < 1e-5 * (1.0 + abs(a.scalars.alpha))
+
+
+def _same(a: Equilibrium, b: Equilibrium) -> bool:
+    gap = abs(a.answer - b.answer) + abs(a.tip_angle - b.tip_angle)
+    return gap < SAME * (1.0 + abs(a.answer))
+
+
+def _certified(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium | None:
+    """Solve with the method asked for; None where it is not certified."""
+    plan = layout(ask.law, found.profile)
+    start = found.profile.rephased(plan.breaks)
+    try:
+        solved = answer(start, plan.phases, ask.given, ask.asked, method, tol)
+    except (NotConverged, NotCertified):
+        return None
+    eq = report(ask.rod, None if ask.auto else ask.law, ask.asked, found.state, solved, tol)
+    if not eq.certified:
+        return None
+    physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])
+    return eq if physical else replace(eq, state="spurious")
