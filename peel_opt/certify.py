@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .elastica import Scalars
 from .result import Equilibrium
 from .rod import Rod
-from .shape import sample_shape
+from .shape import Solution
 
 #: Height above y0 (in u = y/y0) and below the plate (share of the largest) put down to rounding.
 HEIGHT_NOISE = 1e-9
@@ -35,7 +34,7 @@ def report(
     theta, heights = (profile.values[:, :, i] * s.A for i in (0, 4))
     opened = s.beta1 / s.beta0 * heights if s.beta0 else np.zeros(1)  # u = y/y0
     within = bool(opened.max() <= 1.0 + HEIGHT_NOISE)
-    source = partial(sample_shape, problem, x)
+    source = Solution(problem, x, effective)
     present = {
         "y > y0": effective is LINEAR and not within,
         "p < 0": s.alpha < 0.0,
@@ -43,7 +42,7 @@ def report(
         "alpha1 > 0": s.alpha1 > 0.0,
         "overhang": np.abs(theta).max() > 0.5 * math.pi,
         "tip on plate": abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max(),
-        "self-contact": np.ptp(theta) > math.pi and source().crosses_itself(),
+        "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
     certificate = first_integral_defect(effective, s, float(heights[0, 0]))
     if state in ("other", "spurious") and present["tip on plate"] and s.beta0:

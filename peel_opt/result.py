@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .rod import Rod
-from .shape import Shape
+from .shape import Shape, Solution
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +90,7 @@ class Equilibrium:
     flags: tuple[str, ...] = ()
     message: str = ""
     stats: Stats = field(default_factory=Stats)
-    source: Shape | Callable[[], Shape] | None = field(default=None, repr=False)
+    source: Shape | Solution | None = field(default=None, repr=False)
 
     # --- the paper's groups -----------------------------------------------------------
 
@@ -155,7 +154,7 @@ class Equilibrium:
         if self.source is None:
             empty = np.empty(0)
             return Shape(*(empty,) * len(fields(Shape)))
-        return self.source if isinstance(self.source, Shape) else self.source()
+        return self.source if isinstance(self.source, Shape) else self.source.shape()
 
     @property
     def _force_unit(self) -> float:
@@ -241,7 +240,7 @@ class Equilibrium:
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
-        state["source"] = self.shape  # a compiled sampler does not travel
+        state["source"] = self.shape  # compiled functions do not travel
         return state
 
     def __repr__(self) -> str:

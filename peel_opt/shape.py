@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
 
+from .cohesion import CohesiveLaw
 from .transcription.base import Discretisation, chebyshev
 
 #: Points per phase: a plot sees no corners, a spline through them no error above 1e-6.
@@ -47,6 +48,19 @@ class Shape:
         hit = (t > 0) & (t < 1) & (u > 0) & (u < 1)
         apart = np.abs(np.subtract.outer(np.arange(len(d)), np.arange(len(d)))) > 1
         return bool(np.any(hit & apart))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A discrete solution: what shape, stability and energies are computed from when asked for."""
+
+    problem: Discretisation
+    x: np.ndarray
+    law: CohesiveLaw
+
+    def shape(self) -> Shape:
+        """Sample it densely."""
+        return sample_shape(self.problem, self.x)
 
 
 def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:

@@ -1,0 +1,83 @@
+"""Energies along a branch: the balance, the path-dependent area, and what follows for flaws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt.work_balance import energies
+from peel_opt.flaws import critical_flaw, readhesion_pressure, safe_pressure
+
+
+@pytest.fixture(scope="module")
+def rod_1() -> po.Branch:
+    return po.trace(po.Rod.from_ratio(1.0), points=40)
+
+
+def test_work_of_the_pressure_is_bending_and_separation(rod_1: po.Branch) -> None:
+    e = energies(rod_1)
+    assert e.imbalance.max() < 1e-10
+    assert e.bending[0] == e.separation[0] == e.swept[0] == 0.0
+    assert np.all(e.bending[1:] > 0.0)
+    assert np.all(e.separation >= 0.0)
+
+
+def test_swept_area_converges_within_its_error(rod_1: po.Branch) -> None:
+    coarse, fine = energies(rod_1), energies(po.trace(po.Rod.from_ratio(1.0), points=120))
+    assert abs(coarse.swept[-1] - fine.swept[-1]) <= coarse.swept_error
+    assert fine.swept_error < coarse.swept_error
+
+
+def test_gamma_falls_with_the_area_times_the_pressure(rod_1: po.Branch) -> None:
+    e = energies(po.trace(po.Rod.from_ratio(1.0), points=240)[:100])
+    middle = 0.5 * (e.swept[1:] + e.swept[:-1])
+    np.testing.assert_allclose(np.diff(e.gamma), -middle * np.diff(e.pressure_ratio), rtol=2e-2, atol=1e-7)
+
+
+def test_equal_area_pressure_is_not_the_paper_s_maxwell_pressure(rod_1: po.Branch) -> None:
+    found = energies(rod_1).equal_area_pressure()
+    assert found == pytest.approx(0.20343, abs=2e-5)
+    assert abs(found - (1 - 2 * 0.696 / 3)) > 0.3  # (40): about 0.54
+
+
+def test_energies_need_the_branch_of_a_rod() -> None:
+    with pytest.raises(po.InvalidInput, match="branch of one rod"):
+        energies(po.trace(beta0=4, lam=(-1, 1), points=10))
+
+
+def test_equal_areas_need_the_folded_part(rod_1: po.Branch) -> None:
+    with pytest.raises(po.NoEquilibrium, match="does not return"):
+        energies(rod_1[:12]).equal_area_pressure()
+
+
+@pytest.mark.parametrize("ratio", [0.06, 0.566, 1.0, 30.0, 2500.0])
+def test_readhesion_pressure_is_the_least_that_holds(ratio: float) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    least = readhesion_pressure(rod)
+    assert least.error < 1e-9
+    with pytest.raises(po.NoEquilibrium):
+        critical_flaw(rod, 0.999 * least.pressure)
+    assert critical_flaw(rod, least.pressure + 1e-3 * (1 - least.pressure)).state in ("middle", "lower")
+
+
+def test_safe_pressure_inverts_critical_flaw() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    for pressure in (30e3, 50e3, 80e3):
+        flaw = critical_flaw(rod, pressure)
+        back = safe_pressure(rod, flaw.length)
+        assert back.pressure == pytest.approx(pressure, rel=1e-6)
+        assert "lower" in back.reason
+
+
+def test_short_and_long_flaws_have_their_own_limits() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    least = readhesion_pressure(rod)
+    assert safe_pressure(rod, 1e-4).pressure == rod.adhesion_strength
+    assert safe_pressure(rod, 1.0).pressure == least.pressure
+    with pytest.raises(po.InvalidInput):
+        safe_pressure(rod, math.nan)
+    with pytest.raises(po.InvalidInput):
+        safe_pressure(rod, -1.0)

@@ -1,0 +1,111 @@
+"""Stability: exact values at T, a second discretisation, and where it changes along branches."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from scipy.linalg import eig
+
+import peel_opt as po
+from peel_opt.small_motions import stability
+
+PI4 = math.pi**4
+#: Roots of cos k cosh k = -1: the clamped-free beam.
+CLAMPED_FREE = (1.8751040687119611, 4.694091132974174)
+
+
+def differences(eq: po.Equilibrium, count: int) -> np.ndarray:
+    """Smallest mu from finite differences on equal links, sharing no code with the library.
+
+    Links of length h with angles theta_i hinged by springs; the same virtual work.
+    """
+    h = 1.0 / count
+    xi = (np.arange(count) + 0.5) * h
+    theta = np.interp(xi, eq.shape.xi, eq.shape.theta)
+    y = np.interp(xi, eq.shape.xi, eq.shape.y)
+    opened = eq.beta1 / eq.beta0 * y
+    soft = eq.beta1 * (opened <= 1.0) if eq.law != "linear" else np.full(count, eq.beta1)
+    sine, cosine = np.sin(theta), np.cos(theta)
+    # Displacement of the middle of link i from rotations of links i..n-1.
+    reach = np.triu(np.ones((count, count)), 1) + 0.5 * np.eye(count)
+    X, Y = h * reach * sine, -h * reach * cosine
+    bending = np.zeros((count, count))
+    for i in range(count - 1):
+        bending[i, i] += 1 / h
+        bending[i + 1, i + 1] += 1 / h
+        bending[i, i + 1] -= 1 / h
+        bending[i + 1, i] -= 1 / h
+    bending[-1, -1] += 2 / h  # the edge is clamped half a link away
+    nx, ny = np.interp(xi, eq.shape.xi, eq.shape.Nx), np.interp(xi, eq.shape.xi, eq.shape.Ny)
+    K = bending - np.diag(h * (cosine * nx + sine * ny))
+    K -= h * X.T @ (-eq.alpha * np.diag(cosine))
+    K -= h * Y.T @ (-eq.alpha * np.diag(sine) + soft[:, None] * Y)
+    M = h * (X.T @ X + Y.T @ Y)
+    mu = 1.0 / eig(M, K, right=False)
+    return mu[np.argsort(np.abs(mu))]
+
+
+def test_at_the_transition_the_eigenvalues_are_those_of_a_clamped_beam() -> None:
+    br = po.trace(beta0=4, lam=(-0.5, 1), points=10)
+    found = stability(br, br.special("BP")[0].index)
+    exact = [k**4 - PI4 for k in CLAMPED_FREE]
+    np.testing.assert_allclose(found.eigenvalues[:2].real, exact, rtol=1e-8)
+    assert found.index == 1
+    assert found.error < 1e-6
+
+
+@pytest.mark.parametrize(("ratio", "P", "state"), [(1.0, 0.3, None), (1.0, 0.3, "folded"), (0.2, 0.9, None)])
+def test_a_chain_of_links_has_the_same_eigenvalues(ratio: float, P: float, state: str | None) -> None:
+    eq = po.length_given_pressure(po.Rod.from_ratio(ratio), P, state=state)
+    found = stability(eq).eigenvalues[:2]
+    coarse, fine = (differences(eq, n)[:2] for n in (120, 240))
+    np.testing.assert_allclose(np.sort(found.real), np.sort(fine.real), rtol=0.02, atol=1.0)
+    if eq.law == "linear":  # no kink between two links to blur the convergence
+        distances = [np.abs(np.sort(mu.real) - np.sort(found.real)).max() for mu in (coarse, fine)]
+        assert distances[1] < distances[0]
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.35, 0.6, 1.0, 3.0, 10.0])
+def test_the_change_is_at_the_fold_in_pressure_not_at_the_fold_in_length(ratio: float) -> None:
+    br = po.trace(po.Rod.from_ratio(ratio), points=20, tol=1e-8)
+    fold = br.special("LP-pressure")[0].index
+    before = [stability(br, i) for i in range(1, fold)]
+    assert {s.index for s in before} == {1}
+    assert {s.determinant_sign for s in before} == {-1}
+    assert not any(s.flutter for s in before)
+    assert abs(stability(br, fold).eigenvalues[0]) < 1e-6  # a vanishing eigenvalue at the fold itself
+    after = stability(br, fold + 1)
+    assert after.index == 0
+    assert after.determinant_sign == 1
+
+
+def test_folded_states_flutter_above_a_ratio_of_0_3() -> None:
+    def fluttering(ratio: float) -> bool:
+        br = po.trace(po.Rod.from_ratio(ratio), points=20, tol=1e-8)
+        return any(stability(br, i).flutter for i in np.flatnonzero(br.state == "folded"))
+
+    assert not fluttering(0.15)
+    assert fluttering(0.4)
+
+
+def test_two_negative_real_eigenvalues_far_on_the_folded_part() -> None:
+    eq = po.length_given_pressure(po.Rod.from_ratio(2.0), 0.96, state="folded")
+    found = stability(eq)
+    assert found.index == 2
+    assert found.determinant_sign == 1
+    assert found.growth > 0
+
+
+def test_holding_the_volume_stabilises_the_unfolded_state() -> None:
+    found = stability(po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5))
+    assert found.seen_under() == {"fixed pressure": False, "fixed swept volume": True}
+    assert "unstable (index 1) at fixed pressure" in repr(found)
+
+
+def test_only_a_computed_equilibrium_can_be_analysed() -> None:
+    eq = pickle.loads(pickle.dumps(po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5)))
+    with pytest.raises(po.InvalidInput, match="no discrete solution"):
+        stability(eq)
