@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .answer import Method
     from .branch import Branch, SpecialPoint
     from .cohesion import CohesiveLaw, exponential, trapezoidal
+    from .design_relations import maxwell_length
     from .detachment import equilibrium, length_given_pressure, pressure_given_length
     from .errors import (
         AmbiguousState,
@@ -22,15 +23,23 @@ if TYPE_CHECKING:
         OutOfRange,
         PeelOptError,
     )
+    from .flaws import critical_flaw, readhesion_pressure, safe_pressure
     from .fold_curves import FoldCurve, fold_curve
     from .fold_optimum import least_lambda
     from .following import Walk, follow
+    from .hysteresis_loops import hysteresis
+    from .landau import NormalForm
     from .many_states import equilibria
+    from .maxwell_points import maxwell_curve
     from .nlp import Ipopt
+    from .reduction import lyapunov_schmidt
     from .result import Equilibrium
     from .rod import Rod
+    from .small_motions import Stability, stability
+    from .traced_potential import branch_potential
     from .tracing import trace
     from .transcription import Collocation, Shooting, Spectral
+    from .work_balance import energies
 
 #: Where each public name lives; imported when first used, so that ``import peel_opt`` is free.
 _HOMES = {
@@ -47,6 +56,12 @@ _HOMES = {
     "Spectral": "transcription",
     "Method": "answer",
     "trace": "tracing",
+    "stability": "small_motions",
+    "Stability": "small_motions",
+    "energies": "work_balance",
+    "critical_flaw": "flaws",
+    "safe_pressure": "flaws",
+    "readhesion_pressure": "flaws",
     "fold_curve": "fold_curves",
     "FoldCurve": "fold_curves",
     "least_lambda": "fold_optimum",
@@ -55,6 +70,12 @@ _HOMES = {
     "equilibria": "many_states",
     "Branch": "branch",
     "SpecialPoint": "branch",
+    "lyapunov_schmidt": "reduction",
+    "NormalForm": "landau",
+    "branch_potential": "traced_potential",
+    "maxwell_curve": "maxwell_points",
+    "maxwell_length": "design_relations",
+    "hysteresis": "hysteresis_loops",
     "Ipopt": "nlp",
     "PeelOptError": "errors",
     "InvalidInput": "errors",
@@ -80,6 +101,7 @@ __all__ = [
     "Method",
     "MissingExtra",
     "NoEquilibrium",
+    "NormalForm",
     "NotCertified",
     "NotConverged",
     "OutOfRange",
@@ -88,15 +110,26 @@ __all__ = [
     "Shooting",
     "SpecialPoint",
     "Spectral",
+    "Stability",
     "Walk",
+    "branch_potential",
+    "critical_flaw",
+    "energies",
     "equilibria",
     "equilibrium",
     "exponential",
     "fold_curve",
     "follow",
+    "hysteresis",
     "least_lambda",
     "length_given_pressure",
+    "lyapunov_schmidt",
+    "maxwell_curve",
+    "maxwell_length",
     "pressure_given_length",
+    "readhesion_pressure",
+    "safe_pressure",
+    "stability",
     "trace",
     "trapezoidal",
 ]

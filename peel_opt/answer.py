@@ -11,51 +11,68 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from . import nlp
-from .closures import Closure, sensitivity_to_given
-from .elastica import PI4, Scalars
+from .closed_form import closed_form
+from .closures import Closure
+from .cohesion import COHESIVE, LINEAR
+from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
 from .newton import Correction, correct
 from .nlp import Ipopt
 from .result import Stats
+from .rounding import rounding
 from .transcription import Collocation, Shooting, Spectral
 from .transcription.base import Discretisation, Phases, Profile, Transcription
-
-EPS = float(np.finfo(float).eps)
 
 #: How often a mesh may be refined before the tolerance counts as out of reach.
 MOST_REFINEMENTS = 5
 
+#: No refinement is believed to gain more.
+MOST_GAIN = 1e4
+
+#: Relative distance within which a state of the series is the one a profile shows.
+SAME = 1e-4
+
+ANOTHER = "Try method='spectral', which has no such limits."
+
 
 @dataclass(frozen=True)
 class Method:
-    """A transcription, how its equations are solved first, and whether it may refine.
+    """What to solve with: rungs of a ladder, from the cheapest to the last resort.
 
     Parameters
     ----------
-    transcription : Transcription
+    transcription : Transcription or None
+        None for the closed form alone.
     ipopt : Ipopt or None
         Solve the first mesh as an NLP with these options; by Newton alone if None.
     adaptive : bool
         Refine until the error meets ``tol``.  If False the answer is the one on the given
         mesh, and one refinement serves to estimate its error.
+    series : tuple of int
+        Orders of the closed form to try before any mesh.
+    fallback : Method or None
+        What to solve with where the transcription fails or misses ``tol``.
     """
 
-    transcription: Transcription
+    transcription: Transcription | None
     ipopt: Ipopt | None = None
     adaptive: bool = True
+    series: tuple[int, ...] = ()
+    fallback: Method | None = None
 
 
 METHODS = {
-    "shooting": Method(Shooting(), Ipopt()),
+    "series": Method(None, series=(12, 24, 40)),
     "spectral": Method(Spectral()),
     "collocation": Method(Collocation()),
+    "shooting": Method(Shooting(), Ipopt()),
 }
-METHODS["auto"] = METHODS["shooting"]
+# Order 40 takes longer to set up than a walk along the branch.
+METHODS["auto"] = Method(Spectral(), series=(12, 24), fallback=METHODS["collocation"])
 
 
 def as_method(method: str | Method | Transcription) -> Method:
@@ -92,10 +109,6 @@ class Answer:
     stats: Stats
 
 
-class _Read(Protocol):
-    def __call__(self, scalars: Scalars) -> float: ...
-
-
 def answer(
     profile: Profile,
     phases: Phases,
@@ -111,25 +124,80 @@ def answer(
     NotConverged
         If IPOPT or Newton fails.
     """
+    if method.series:
+        try:
+            return _summed(profile, phases, given, asked, method.series, tol)
+        except NotConverged:
+            if method.transcription is None:
+                raise
+    if method.fallback is None:
+        return _on_meshes(profile, phases, given, asked, method, tol)
+    try:
+        first = _on_meshes(profile, phases, given, asked, method, tol)
+    except NotConverged:
+        return answer(profile, phases, given, asked, method.fallback, tol)
+    if first.error <= tol:
+        return first
+    try:
+        second = answer(profile, phases, given, asked, method.fallback, tol)
+    except NotConverged:
+        return first
+    return min(first, second, key=lambda solved: solved.error)
+
+
+def _summed(
+    profile: Profile,
+    phases: Phases,
+    given: tuple[Closure, Closure],
+    asked: str,
+    orders: tuple[int, ...],
+    tol: float,
+) -> Answer:
+    """Answer by the series, if one of its states is the one of the profile."""
+    law = next((law for law in (LINEAR, COHESIVE) if phases == law.pieces[:1]), None)
+    if law is None:
+        raise NotConverged("the series needs the linear law and a shape within y0.", remedy=ANOTHER)
+    s = profile.scalars
+    state, reason = "spurious" if s.alpha1 > 0.0 else "lower", ""
+    for wanted in (state, "middle"):
+        try:
+            found = closed_form(law, given, asked, wanted, orders, tol)
+        except NotConverged as error:
+            reason = reason or str(error)
+            continue
+        was = ANSWERS[asked](s)
+        if abs(ANSWERS[asked](found.problem.scalars(found.x)) - was) < SAME * (1.0 + abs(was)):
+            return Answer(found.problem, found.x, found.error, found.stats)
+    raise NotConverged(reason or "the series has no such state.", remedy=ANOTHER)
+
+
+def _on_meshes(
+    profile: Profile,
+    phases: Phases,
+    given: tuple[Closure, Closure],
+    asked: str,
+    method: Method,
+    tol: float,
+) -> Answer:
     began = time.perf_counter()
     read = ANSWERS[asked]
     coarse = _first_solve(method, phases, profile, given)
     iterations = coarse.iterations
-    refinements = 0
+    refinements, before = 0, 0.0
     while True:
         refinements += 1
         fine = _newton_solve(coarse.transcription.refined(), phases, coarse.profile, given)
         iterations += fine.iterations
         difference = abs(read(fine.scalars) - read(coarse.scalars))
-        gain = coarse.transcription.sure_gain
         chosen = fine if method.adaptive else coarse
+        gain = _gain(coarse.transcription.sure_gain, difference, before)
         error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain)
-        noise, condition = _noise(chosen, given, read)
+        noise, condition = rounding(chosen.problem, chosen.correction, given, read)
         if not method.adaptive or error + noise <= tol:
             break
         if difference <= noise or refinements == MOST_REFINEMENTS:
             break
-        coarse = fine
+        coarse, before = fine, difference
     stats = Stats(
         method=repr(chosen.transcription),
         seconds=time.perf_counter() - began,
@@ -139,6 +207,16 @@ def answer(
         condition=condition,
     )
     return Answer(chosen.problem, chosen.correction.x, error + noise, stats)
+
+
+def _gain(sure: float, difference: float, before: float) -> float:
+    """Factor by which the last refinement shrank the error: what is sure, or what was seen.
+
+    Two differences show what one refinement gained; the next gains no less once a method
+    converges.  A tenth of it is believed, since a difference may be small by chance.
+    """
+    seen = 0.1 * before / difference if difference > 0.0 else 0.0
+    return min(max(sure, seen), MOST_GAIN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +239,7 @@ class _Solved:
 
 def _first_solve(method: Method, phases: Phases, profile: Profile, given: tuple[Closure, ...]) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
+    assert method.transcription is not None
     if method.ipopt is None:
         return _newton_solve(method.transcription, phases, profile, given)
     problem = method.transcription.discretise(phases)
@@ -192,32 +271,3 @@ def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closure,
             remedy="Try method='spectral', or a finer mesh.",
         )
     return result
-
-
-def _noise(solved: _Solved, given: tuple[Closure, ...], read: _Read) -> tuple[float, float]:
-    """Return what rounding does to the answer, and the condition of the question.
-
-    The condition is the largest derivative of the answer with respect to a given number
-    other than the rod's.
-    """
-    result = solved.correction
-    assert result.solve is not None
-    n, k = solved.problem.size, len(given)
-    right = np.zeros((n, k))
-    right[n - k :] = -sensitivity_to_given(given, result.x[-4:])
-    responses = result.solve(right)[-4:]
-    gradient = _gradient(read, result.x[-4:])
-    derivatives = np.abs(gradient @ responses)
-    update = abs(float(gradient @ result.update[-4:]))
-    # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
-    terms = {"pressure": 1.0, "lam": PI4}
-    sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
-    noise = 4.0 * update + 2.0 * EPS * (abs(read(solved.scalars)) + float(derivatives @ sizes))
-    asked = [d for d, c in zip(derivatives, given, strict=True) if c.kind != "ratio"]
-    return noise, float(max(asked))
-
-
-def _gradient(read: _Read, scalars: np.ndarray) -> np.ndarray:
-    """Gradient of the answered number, by complex steps."""
-    h = 1e-30
-    return np.array([read(Scalars(*(scalars + 1j * h * e))).imag / h for e in np.eye(4)])

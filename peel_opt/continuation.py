@@ -22,7 +22,7 @@ from . import closures
 from .closures import Closure
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars, kernel
-from .newton import Correction, Rows, contact_tangent, correct, correct_contact, factorised
+from .newton import Correction, Rows, contact_tangent, correct, correct_contact, determinant_sign, factorised
 from .phases import layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
 from .transcription.compiled import Compiled
@@ -69,6 +69,8 @@ class Point:
         From the start of the walk.
     iterations : int
         Newton iterations it took.
+    orientation : int
+        Sign of the determinant of the bordered Jacobian; 0 if it is not known.
     """
 
     problem: Discretisation
@@ -76,6 +78,7 @@ class Point:
     tangent: np.ndarray
     arclength: float
     iterations: int
+    orientation: int = 0
 
     @property
     def scalars(self) -> Scalars:
@@ -194,7 +197,8 @@ class Family:
         right = np.zeros(problem.size)
         right[-1] = 1.0
         tangent = factorised(jacobian, border)(right)
-        return Point(problem, x, tangent / np.linalg.norm(gradient @ tangent[-4:]), arclength, iterations)
+        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+        return Point(problem, x, unit, arclength, iterations, determinant_sign(jacobian, border))
 
     def step(self, here: Point, ds: float) -> Point | None:
         """Advance by ``ds`` along the tangent; None if the corrector fails."""
@@ -217,7 +221,8 @@ class Family:
             if again is None:
                 return None
             problem, result = again
-        return self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+        there = self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+        return None if _crossed_over(here, there) else there
 
     def _merge_step(self, here: Point, plane: Rows, direction: np.ndarray, ds: float) -> Point | None:
         """Step over the end of an inner phase.
@@ -308,6 +313,18 @@ class Family:
             else:
                 high = point
         return min(low, high, key=lambda p: abs(rate(p))), (low.arclength, high.arclength)
+
+
+def _crossed_over(here: Point, there: Point) -> bool:
+    """Whether a step went straight across a corner where two branches nearly meet.
+
+    The determinant of the bordered Jacobian keeps its sign along a branch.  On its far side
+    the other branch has the other sign, however smooth the step looks.  At the contact, where
+    alpha1 changes sign too, a branch point is passed on purpose.
+    """
+    if here.problem is not there.problem or here.scalars.m * there.scalars.m <= 0.0:
+        return False
+    return here.orientation * there.orientation < 0
 
 
 def _stacked(*parts: Rows) -> Rows:

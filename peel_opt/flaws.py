@@ -102,7 +102,7 @@ def safe_pressure(rod: Rod, flaw: float) -> PressureLimit:
     Examples
     --------
     >>> round(safe_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
-    0.277482
+    0.275545
     """
     least = readhesion_pressure(rod)
     if flaw >= least.length:

@@ -9,29 +9,17 @@ effective potential has two minima of equal depth; up and down are then the same
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
-
 import numpy as np
 
-from .branch import Branch
 from .checks import finite, non_negative, positive
-from .effective_potential import EffectivePotential
 from .elastica import PI4
 from .errors import InvalidInput, NoEquilibrium, NotConverged
-from .gauss import Grid
+from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
 from .landau import NormalForm
-from .maxwell_points import maxwell_point, walk_round_the_fold
+from .maxwell_points import walk_round_the_fold, walked_potential
 from .pressure_loop import PressureLoop, sweep_pressure
 from .rod import Rod
-from .traced_potential import branch_potential
 from .tracing import trace
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Convention = Literal["delay", "maxwell"]
 
 #: Window of lambda swept by default, in units of -lambda_F, and at beta0 = 0.
 WINDOW = (-1.3, 0.4)
@@ -40,122 +28,6 @@ WINDOW_AT_ZERO = (-0.5, 1.0)
 #: Points of the traced branch below and above this beta0, where it has a corner.
 _CORNER = 37.0
 _POINTS, _POINTS_AT_CORNER = 128, 512
-
-_ADHERED = "adhered"
-
-#: Extra pressure, label, error and row of a state.
-_State = tuple[float, str, float, int]
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A jump between two states at one lambda.
-
-    Parameters
-    ----------
-    direction : {"up", "down"}
-        "up" peels the rod off, "down" lets it re-adhere.
-    lam : float
-    alpha1_before, alpha1_after : float
-        Extra pressures; 0 for the straight rod.
-    """
-
-    direction: Literal["up", "down"]
-    lam: float
-    alpha1_before: float
-    alpha1_after: float
-
-    @property
-    def size(self) -> float:
-        """Change of alpha1."""
-        return abs(self.alpha1_after - self.alpha1_before)
-
-
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """States in the order in which a sweep visits them; at a jump both, at the same lambda.
-
-    Parameters
-    ----------
-    lam, alpha1 : ndarray
-    state : ndarray of str
-        "adhered", or the label of the detached state.
-    error : ndarray
-        Of each solved state, in the metric of the branch; 0 for the straight rod, which is
-        exact, NaN on a normal form.
-    row : ndarray of int
-        Position in the branch of the loop, -1 where the state is not one of its.
-    """
-
-    lam: np.ndarray
-    alpha1: np.ndarray
-    state: np.ndarray
-    error: np.ndarray
-    row: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.lam)
-
-
-@dataclass(frozen=True, eq=False)
-class HysteresisLoop:
-    """A loop in lambda at fixed beta0.
-
-    Parameters
-    ----------
-    beta0 : float
-    convention : {"delay", "maxwell"}
-    source : str
-        "solver", or the kind of the normal form.
-    up, down : Sweep
-    jumps : tuple of Jump
-        In the order of the loop: up, then down.  None at beta0 = 0.
-    area : float
-        Enclosed in the (lambda, alpha1) plane.
-    not_computed : str
-        What happens in a jump.
-    branch : Branch or None
-        The solved branch: ``branch[row]`` of a sweep is an `Equilibrium` with its shape.
-    """
-
-    beta0: float
-    convention: Convention
-    source: str
-    up: Sweep
-    down: Sweep
-    jumps: tuple[Jump, ...]
-    area: float
-    not_computed: str = ""
-    branch: Branch | None = field(default=None, repr=False)
-
-    @property
-    def visited(self) -> tuple[str, ...]:
-        """Names of the states in the order of the loop, each once."""
-        return tuple(dict.fromkeys([*self.up.state.tolist(), *self.down.state.tolist()]))
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the loop in the (lambda, alpha1) plane; return the axes."""
-        from .plots.potential import plot_loop
-
-        return plot_loop(self, ax)
-
-    def __repr__(self) -> str:
-        lines = [f"HysteresisLoop at beta0 = {self.beta0:.6g}, {self.convention} convention, {self.source}"]
-        lines += [
-            f"├─ {jump.direction:<4} at lambda = {jump.lam:.9g}: alpha1 {jump.alpha1_before:.9g}"
-            f" to {jump.alpha1_after:.9g}"
-            for jump in self.jumps
-        ]
-        if not self.jumps:
-            lines.append("├─ no jumps: the detached state grows out of the straight rod at lambda = 0")
-        lines += [f"├─ states: {', '.join(self.visited)}", f"└─ area {self.area:.9g}"]
-        return "\n".join(lines)
-
-
-NOT_COMPUTED = (
-    "A jump joins two equilibria at one lambda.  How the rod moves from one to the other"
-    " (inertia, the air under it, what it touches) is not computed."
-)
 
 
 def hysteresis(
@@ -239,16 +111,15 @@ def _of_the_solver(
     beta0: float, convention: Convention, lam: tuple[float, float] | None, points: int, tol: float
 ) -> HysteresisLoop:
     """Solve for every swept state."""
-    fold = 0.0
+    fold, potential = 0.0, None
     if beta0 > 0.0:
-        located = walk_round_the_fold(beta0).fold("LP-lambda")
+        walk = walk_round_the_fold(beta0, beyond=-0.05)
+        located = walk.fold("LP-lambda")
         assert located is not None
-        fold = located.point.scalars.lam
+        fold, potential = located.point.scalars.lam, walked_potential(walk)
     window = _window(lam, fold)
     count = _POINTS if beta0 < _CORNER else _POINTS_AT_CORNER
-    switch = 0.0
-    if convention == "maxwell" and beta0 > 0.0:
-        switch = maxwell_point(beta0)[0]
+    switch = potential.maxwell()[0] if potential and convention == "maxwell" else 0.0
     grid = _grid(window, fold, switch, points)
     swept = [float(value) for value in grid if fold < value < window[1] and (value or beta0)]
     branch = trace(beta0=beta0, lam=window, points=count, tol=tol, at={"lam": swept})
@@ -260,7 +131,7 @@ def _of_the_solver(
         )
     lower = np.flatnonzero(branch.state == "lower")
 
-    def solved(value: float) -> _State:
+    def solved(value: float) -> State:
         rows = np.array([folds[0].index]) if value == fold and folds else lower
         row = int(rows[np.argmin(np.abs(branch.lam[rows] - value))])
         if abs(branch.lam[row] - value) > _same(fold):
@@ -270,9 +141,8 @@ def _of_the_solver(
             )
         return float(branch.alpha1[row]), "lower", float(branch.error[row]), row
 
-    potential = branch_potential(branch) if beta0 > 0.0 else None
     ends = (fold if convention == "delay" else switch, switch)
-    return _loop(beta0, convention, "solver", grid, ends, solved, potential, branch)
+    return loop_from_states(beta0, convention, "solver", grid, ends, solved, potential, branch)
 
 
 def _of_a_form(
@@ -286,7 +156,7 @@ def _of_a_form(
         potential.delay()  # an error here says how far the form reaches
     grid = _grid(_window(lam, fold), fold, switch, points)
 
-    def solved(value: float) -> _State:
+    def solved(value: float) -> State:
         if value == fold and beta0 > 0.0:
             return at_fold, "lower", np.nan, -1
         below = [x for x in potential.alpha1(value) if x < at_fold]
@@ -298,7 +168,7 @@ def _of_a_form(
         return float(below[-1]), "lower", np.nan, -1
 
     ends = (fold if convention == "delay" else switch, switch)
-    return _loop(beta0, convention, form.kind, grid, ends, solved, potential, None)
+    return loop_from_states(beta0, convention, form.kind, grid, ends, solved, potential, None)
 
 
 def _window(lam: tuple[float, float] | None, fold: float) -> tuple[float, float]:
@@ -325,52 +195,3 @@ def _grid(window: tuple[float, float], fold: float, switch: float, points: int) 
 def _same(fold: float) -> float:
     """How close two values of lambda must be to count as one."""
     return max(1e-9 * abs(fold), 1e-12)
-
-
-def _loop(
-    beta0: float,
-    convention: Convention,
-    source: str,
-    grid: np.ndarray,
-    ends: tuple[float, float],
-    solved: Callable[[float], _State],
-    potential: EffectivePotential | None,
-    branch: Branch | None,
-) -> HysteresisLoop:
-    """Put the two sweeps together; ``ends`` are where it jumps down and up."""
-    down, up = ends
-    detached = {float(value): solved(float(value)) for value in grid if value >= down and (value or beta0)}
-
-    def straight(values: np.ndarray) -> list[tuple[float, _State]]:
-        return [(float(value), (0.0, _ADHERED, 0.0, -1)) for value in values]
-
-    def held(values: np.ndarray) -> list[tuple[float, _State]]:
-        return [(float(value), detached[float(value)]) for value in values if float(value) in detached]
-
-    upwards = _sweep([*straight(grid[grid <= up]), *held(grid[grid >= up])])
-    downwards = _sweep([*held(grid[grid >= down][::-1]), *straight(grid[grid <= down][::-1])])
-    jumps: tuple[Jump, ...] = ()
-    area = 0.0
-    if beta0 > 0.0:
-        peeled, lost = detached[up][0], detached[down][0]
-        jumps = (Jump("up", up, 0.0, peeled), Jump("down", down, lost, 0.0))
-        assert potential is not None
-        area = _area(potential, lost, peeled)
-    said = NOT_COMPUTED if jumps else ""
-    return HysteresisLoop(beta0, convention, source, upwards, downwards, jumps, area, said, branch)
-
-
-def _sweep(visits: list[tuple[float, _State]]) -> Sweep:
-    lam = np.array([value for value, _ in visits])
-    columns = (lam, *(np.array(column) for column in zip(*(entry for _, entry in visits), strict=True)))
-    for column in columns:
-        column.flags.writeable = False
-    return Sweep(*columns)
-
-
-def _area(potential: EffectivePotential, lost: float, peeled: float) -> float:
-    """Integral of alpha1 dlambda along the lower branch between the two jumps."""
-    cell = Grid.gauss(8)
-    edges = np.linspace(lost, peeled, 65)
-    x = edges[:-1, None] + np.diff(edges)[:, None] * cell.xi
-    return abs(float((x * potential.slope(x) @ cell.weights) @ np.diff(edges)))

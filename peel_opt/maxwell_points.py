@@ -20,6 +20,7 @@ from .checks import positive
 from .closures import Closure
 from .cohesion import LINEAR
 from .continuation import Family, StepControl
+from .effective_potential import EffectivePotential
 from .elastica import PI4, kernel
 from .errors import InvalidInput, NoEquilibrium, NotConverged
 from .primary import PrimaryBranch
@@ -166,15 +167,22 @@ class _Points:
 def maxwell_point(beta0: float, steps: int = _STEPS) -> tuple[float, float, float]:
     """Return lambda_M, alpha1_M and the error of lambda_M of the branch at one beta0."""
     walk = walk_round_the_fold(beta0, steps)
-    scalars = [point.scalars for point in walk.points]
-    lam, alpha1 = np.array([s.lam for s in scalars]), np.array([s.alpha1 for s in scalars])
-    found = branch_potential(_Points(lam, alpha1, beta0)).maxwell()
-    coarse = branch_potential(_Points(lam[::2], alpha1[::2], beta0)).maxwell()
+    found = walked_potential(walk).maxwell()
+    coarse = walked_potential(walk, 2).maxwell()
     return *found, abs(found[0] - coarse[0])
 
 
-def walk_round_the_fold(beta0: float, steps: int = _STEPS) -> PrimaryBranch:
-    """Walk from T round the fold and past the Maxwell point, in even steps.
+def walked_potential(walk: PrimaryBranch, every: int = 1) -> EffectivePotential:
+    """Return the effective potential of the points walked at fixed beta0, or of some of them."""
+    scalars = [point.scalars for point in walk.points[::every]]
+    lam, alpha1 = np.array([s.lam for s in scalars]), np.array([s.alpha1 for s in scalars])
+    return branch_potential(_Points(lam, alpha1, scalars[0].beta0))
+
+
+def walk_round_the_fold(beta0: float, steps: int = _STEPS, *, beyond: float = 0.6) -> PrimaryBranch:
+    """Walk from T round the fold in even steps, until lambda is past ``beyond`` times that of the fold.
+
+    By default this is past the Maxwell point, whose share is between 0.74 and 0.89.
 
     Raises
     ------
@@ -187,7 +195,7 @@ def walk_round_the_fold(beta0: float, steps: int = _STEPS) -> PrimaryBranch:
     control = StepControl(first=size / steps, largest=size / steps, turn=_STRAIGHT)
     closure = Closure("length", math.cbrt(beta0))
     walk = PrimaryBranch(Family(LINEAR, MESH, closure), control=control, longest=20 * steps)
-    walk.extend(lambda last: _past_the_maxwell_point(walk, last.scalars.lam))
+    walk.extend(lambda last: _past(walk, last.scalars.lam, beyond))
     if not walk.folds:
         raise NotConverged(
             f"no fold in lambda was met at beta0 = {beta0:.9g}.",
@@ -196,7 +204,6 @@ def walk_round_the_fold(beta0: float, steps: int = _STEPS) -> PrimaryBranch:
     return walk
 
 
-def _past_the_maxwell_point(walk: PrimaryBranch, lam: float) -> bool:
-    """lambda_M is between 0.74 and 0.89 of the fold's lambda."""
+def _past(walk: PrimaryBranch, lam: float, share: float) -> bool:
     fold = walk.fold("LP-lambda")
-    return lam < -0.99 * PI4 or (fold is not None and lam > 0.6 * fold.point.scalars.lam)
+    return lam < -0.99 * PI4 or (fold is not None and lam > share * fold.point.scalars.lam)

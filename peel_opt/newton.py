@@ -69,6 +69,13 @@ def factorised(jacobian: object, border: np.ndarray) -> Solver:
     return splu(sp.vstack([jacobian, rows]).tocsc()).solve
 
 
+def determinant_sign(jacobian: object, border: np.ndarray) -> int:
+    """Sign of the determinant of the square system [jacobian; border on the four scalars]."""
+    full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()  # type: ignore[attr-defined]
+    rows = np.pad(border, ((0, 0), (full.shape[1] - border.shape[1], 0)))
+    return int(np.linalg.slogdet(np.vstack([full, rows]))[0])
+
+
 def _dense_solver(matrix: np.ndarray) -> Solver:
     """Factorise a matrix that nobody needs any more; SciPy's own wrappers cost more than a small solve."""
     factors, pivots, info = dgetrf(matrix, overwrite_a=True)

@@ -152,6 +152,19 @@ def test_no_step_size_makes_it_jump(largest: float) -> None:
         )
 
 
+@pytest.mark.parametrize(("beta0", "points"), [(37.53, 64), (37.544, 64), (37.545, 32)])
+def test_no_corner_is_cut_where_two_branches_nearly_meet(
+    beta0: float, points: int, curve: po.FoldCurve
+) -> None:
+    br = po.trace(beta0=beta0, lam=(-97, 1), points=points)
+    folds = br.special("LP-lambda")
+    assert [p.lam for p in folds] == pytest.approx(
+        [curve.at(beta0)[0]], abs=1e-6
+    )  # not those of the other one
+    assert br.state[-1] == "lower"
+    assert br.alpha1[-1] == pytest.approx(-25.84, abs=0.02)
+
+
 def test_arclength_does_not_depend_on_the_mesh() -> None:
     ends = []
     for nodes in (16, 24):

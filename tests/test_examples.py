@@ -78,6 +78,49 @@ def test_readme_figure() -> None:
     assert (ROOT / "docs" / "img" / "readme.png").stat().st_size <= 150_000
 
 
+def test_hysteresis_loop(tmp_path: Path) -> None:
+    found = load("hysteresis_loop").main(str(tmp_path / "loops.png"))
+    assert found["leaves at"] == pytest.approx(-0.26900108827, abs=1e-10)
+    assert found["lands at"] == pytest.approx(-2.787971627, abs=1e-9)
+    assert found["Maxwell point"] == pytest.approx(-0.239053836, abs=1e-9)
+    assert found["area"] == pytest.approx(0.624880670, abs=1e-9)
+    assert found["area, paper"] == pytest.approx(0.696**3 * 4.0**3 / 6.0 * 5.0 / (4.0 * 7.29), rel=1e-3)
+    assert found["area, fit"] == pytest.approx(0.6189, abs=2e-4)
+    assert found["least p/T0"] == pytest.approx(0.121837041296, abs=1e-9)
+    assert found["area in T0 eta"] == pytest.approx(3.82307, abs=2e-5)
+    assert (tmp_path / "loops.png").stat().st_size > 10_000
+
+
+def test_maxwell_length_chart(tmp_path: Path) -> None:
+    module = load("maxwell_length_chart")
+    chart = module.main(str(tmp_path / "chart.png"))
+    for length, exponent in chart.values():
+        assert exponent[-1] == pytest.approx(0.75, abs=1e-5)
+        assert length[-1] == pytest.approx(558.6623, abs=1e-3)
+    for source, expected in {"paper": 0.2103, "exact": 0.2100, "fit": 0.2102}.items():
+        assert chart[source][0][0] == pytest.approx(expected, abs=1e-4)
+        assert chart[source][1][0] == pytest.approx(0.972, abs=1e-3)
+    missing = chart["branch"][0] != chart["branch"][0]
+    assert (missing == (module.RATIOS < 0.4996)).all()
+    assert (tmp_path / "chart.png").stat().st_size > 10_000
+
+
+def test_normal_form_errors(tmp_path: Path) -> None:
+    module = load("normal_form_errors")
+    table, errors = module.main(str(tmp_path / "errors.png"))
+    text = (ROOT / "docs" / "reduced_problem.md").read_text()
+    for beta0, row in table.items():
+        fold, maxwell = row["branch"]
+        assert f"| {beta0:g} | {fold:.9f}" in text
+        assert f"{maxwell:.9f}" in text
+    wide = list(module.WIDE)
+    by_order = dict(zip(module.ORDERS, errors, strict=True))
+    assert by_order[12][wide.index(10.0)] < 1e-12 < by_order[6][wide.index(10.0)]
+    assert by_order[40][wide.index(25.0)] < 1e-11
+    assert by_order[40][wide.index(36.0)] > 1e-3
+    assert (tmp_path / "errors.png").stat().st_size > 10_000
+
+
 def test_every_example_is_tested_above() -> None:
     assert {f"test_{path.stem}" for path in EXAMPLES} <= set(globals())
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+import peel_opt as po
 from peel_opt import design_relations as design
 from peel_opt.errors import InvalidInput, NoEquilibrium, OutOfRange
 from peel_opt.landau import NormalForm
@@ -177,6 +178,46 @@ def test_branch_potential_agrees_with_the_series(beta0):
     np.testing.assert_allclose(U(x, -0.1), form.potential(x, beta0, -0.1), atol=1e-8 * beta0**4)
 
 
+@pytest.mark.parametrize(
+    ("beta0", "fold", "maxwell"),
+    [
+        (1.0, -0.01676786333, -0.01490454199),
+        (2.0, -0.06710706498, -0.05964711112),
+        (4.0, -0.26900108827, -0.23905383612),
+        (10.0, -1.70720906774, -1.51511957687),
+        (20.0, -7.26175338680, -6.40726218553),
+    ],
+)
+def test_potential_of_a_traced_branch(beta0, fold, maxwell):
+    traced = po.trace(beta0=beta0, lam=(-97.0, 0.002 * beta0**2))
+    U = branch_potential(traced)
+    assert traced.special("LP-lambda")[0].lam == pytest.approx(fold, abs=2e-11)
+    assert U.fold()[0] == pytest.approx(fold, abs=2e-10)
+    assert U.maxwell()[0] == pytest.approx(maxwell, abs=2e-11)
+    lam, alpha1 = U.maxwell()
+    area = quad(lambda x: (lam - float(U.curve(x))) * x, 0.0, alpha1)[0]
+    assert abs(area) < 1e-8 * beta0**4
+    # A form is worth what its error says: exact() loses with beta0^4, uniform(12) beyond 15.
+    exact, uniform = FORMS["exact"], FORMS["uniform"]
+    assert abs(exact.fold(beta0)[0] - fold) == pytest.approx(3.0e-6 * beta0**4, rel=0.2)
+    assert abs(exact.maxwell(beta0)[0] - maxwell) == pytest.approx(2.4e-6 * beta0**4, rel=0.2)
+    for form, point in ((uniform.fold, fold), (uniform.maxwell, maxwell)):
+        assert abs(form(beta0)[0] - point) < (2e-11 if beta0 <= 10.0 else 5e-8)
+
+
+def test_a_factor_moves_the_maxwell_point_of_a_traced_branch_too():
+    U = branch_potential(po.trace(beta0=4.0, lam=(-1.0, 0.05)))
+    for power, ratio in ((-1, 0.905503), (0, 0.888672), (1, 0.869019)):
+        lam = ratio * U.fold()[0]
+        lower = float(U.alpha1(lam)[0])
+
+        def slope(x, p=power, level=lam):
+            return (1.0 + x / 4.0) ** p * x * (level - float(U.curve(x)))
+
+        scale = quad(lambda x: abs(slope(x)), lower, 0.0)[0]
+        assert abs(quad(slope, 0.0, lower)[0]) < 2e-5 * scale
+
+
 def test_branch_potential_adds_T_and_does_not_care_for_the_direction():
     forward = branch(4.0, -5.0, -0.05)
     backward = SimpleNamespace(lam=forward.lam[::-1], alpha1=forward.alpha1[::-1], beta0=np.full(161, 4.0))
@@ -242,6 +283,30 @@ def test_fit_to_several_branches_at_once():
         beta0=np.repeat([0.0, 2.0, 4.0], 161),
     )
     assert NormalForm.fit(joined).a1 == pytest.approx(-7.30, abs=0.01)
+    one_by_one = NormalForm.fit(parts)
+    assert one_by_one.a1 == pytest.approx(-7.30, abs=0.01)
+    assert one_by_one.quality.points == NormalForm.fit(joined).quality.points
+
+
+def test_fit_of_a_traced_branch_gives_the_papers_numbers():
+    fit = NormalForm.fit(po.trace(beta0=4.0, lam=(-1.0, 3.0)))
+    assert (round(fit.a1, 2), round(fit.a2, 3)) == (-7.29, 0.697)  # the paper: -7.29, 0.696
+    assert 0.0 < fit.quality.uncertainty[0] < 0.05
+
+
+@given(seed=st.integers(0, 1000))
+@settings(max_examples=20, deadline=None)
+def test_fit_does_not_care_where_points_crowd(seed):
+    even = branch(4.0, -5.0, 3.0, 601)
+    rng = np.random.default_rng(seed)
+    alpha1 = np.sort(
+        np.concatenate([np.linspace(-5.0, 3.0, 201), rng.uniform(-4.0, 1.0) + np.linspace(0, 1, 600)])
+    )
+    crowded = SimpleNamespace(lam=uniform_series(30).curve(alpha1, 4.0), alpha1=alpha1, beta0=4.0)
+    for window in (0.5, 1.0, 2.0):
+        here, there = NormalForm.fit(even, window), NormalForm.fit(crowded, window)
+        assert here.a1 == pytest.approx(there.a1, abs=1e-3)
+        assert here.a2 == pytest.approx(there.a2, abs=2e-4)
 
 
 def test_bad_branches_for_a_fit():
@@ -346,33 +411,6 @@ def test_maxwell_length_tends_to_the_critical_length_for_stiff_rods():
     assert design.maxwell_exponent(1e4) == pytest.approx(0.75, abs=1e-6)
 
 
-def test_maxwell_length_from_a_curve_and_from_a_fit():
-    beta0 = np.geomspace(0.1, 24.0, 60)
-    curve = SimpleNamespace(beta0=beta0, lam=FORMS["uniform"].maxwell(beta0)[0])
-    lam, _ = FORMS["uniform"].maxwell(7.0)
-    ratio = (math.pi**4 + lam) / 7.0 ** (4 / 3)
-    assert design.maxwell_length(ratio, "branch", curve=curve) == pytest.approx(
-        ratio * 7.0 ** (1 / 3), rel=1e-7
-    )
-    far = design.maxwell_length([0.3, 1.0, 50.0], "branch", curve=curve)
-    assert np.isnan(far[:2]).all()
-    assert far[2] == pytest.approx(design.maxwell_length(50.0), rel=1e-4)
-    assert design.maxwell_exponent(50.0, "branch", curve=curve) == pytest.approx(0.75, abs=2e-3)
-    fit = NormalForm.fit(branch(4.0, -8.0, 5.0))
-    assert design.maxwell_length(2.0, "fit", form=fit) == pytest.approx(
-        design.maxwell_length(2.0, "paper"), rel=1e-3
-    )
-
-
-def test_notes_say_why_there_is_no_value_or_flag_it():
-    beta0 = np.geomspace(0.1, 20.0, 30)
-    curve = SimpleNamespace(beta0=beta0, lam=FORMS["uniform"].maxwell(beta0)[0])
-    assert "still has a root" in design.maxwell_note(0.3)
-    assert design.maxwell_note(2.0) == ""
-    assert design.maxwell_note(0.3, "branch", curve=curve).endswith("below 0.499")
-    assert "does not reach" in design.maxwell_note(0.8, "branch", curve=curve)
-
-
 @pytest.mark.parametrize("ratio", [0.0, -1.0, math.nan, [1.0, math.inf]])
 def test_bad_ratio(ratio):
     with pytest.raises(InvalidInput, match="ratio"):
@@ -380,12 +418,8 @@ def test_bad_ratio(ratio):
 
 
 def test_sources_say_what_they_need():
-    with pytest.raises(InvalidInput, match="curve="):
-        design.maxwell_length(1.0, "branch")
-    with pytest.raises(InvalidInput, match="four points"):
+    with pytest.raises(InvalidInput, match="six points"):
         design.maxwell_length(1.0, "branch", curve=SimpleNamespace(beta0=[1.0], lam=[-0.01]))
-    with pytest.raises(InvalidInput, match=r"NormalForm\.fit"):
-        design.maxwell_length(1.0, "fit")
     with pytest.raises(InvalidInput, match="source"):
         design.maxwell_length(1.0, "guess")
     with pytest.raises(InvalidInput, match="closed formulas"):

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import peel_opt as po
 from peel_opt.errors import InvalidInput
 from peel_opt.reduction import lyapunov_schmidt
 from peel_opt.series import uniform_series
@@ -121,6 +122,18 @@ def test_diagram_is_the_detached_branch(beta0):
     np.testing.assert_allclose(series.curve(curve.alpha1, beta0), curve.lam, atol=2e-11)
     assert curve.lam.max() > 2.8
     assert curve.alpha1.min() < -4.5
+
+
+@pytest.mark.parametrize("beta0", [0.0, 2.0, 4.0])
+def test_diagram_lies_on_the_traced_branch(beta0):
+    (curve,) = lyapunov_schmidt(beta0).diagram()
+    shown = (np.abs(curve.alpha1) > 0.05) & (curve.lam < 2.9)
+    alpha1, lam = curve.alpha1[shown][::5], curve.lam[shown][::5]
+    traced = po.trace(beta0=beta0, lam=(-1.0, 3.0), at={"alpha1": [float(x) for x in alpha1]})
+    rows = np.array([int(np.argmin(np.abs(traced.alpha1 - x))) for x in alpha1])
+    np.testing.assert_allclose(traced.alpha1[rows], alpha1, atol=1e-10)
+    np.testing.assert_allclose(traced.lam[rows], lam, atol=5e-11)
+    assert len(alpha1) > 12
 
 
 def test_alpha1_is_the_amplitude_to_first_order_only():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..effective_potential import EffectivePotential
-from ..hysteresis_loops import HysteresisLoop, Sweep
+from ..lambda_loop import HysteresisLoop, Sweep
 from ..pressure_loop import PressureLoop
 from . import style
 
@@ -95,7 +96,7 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
             "--",
             color=style.PLATE,
             linewidth=1.4,
-            label="middle branch, not visited",
+            label="middle branch",
         )
     _sweeps(ax, _coordinates(loop.up), _coordinates(loop.down), r"$\lambda$")
     for jump in loop.jumps:
@@ -109,7 +110,7 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
         fontsize=style.SMALL,
         loc="left",
     )
-    _tidy(ax)
+    _tidy(ax, loc="lower left")
     return ax
 
 
@@ -134,7 +135,7 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
         "--",
         color=style.PLATE,
         linewidth=1.4,
-        label="unfolded states, not visited",
+        label="unfolded states",
     )
     up, down = ((sweep.pressure / T0, sweep.length / eta) for sweep in (loop.up, loop.down))
     _sweeps(ax, up, down, r"$p$")
@@ -149,7 +150,7 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
         fontsize=style.SMALL,
         loc="left",
     )
-    _tidy(ax)
+    _tidy(ax, loc="center", bbox_to_anchor=(0.5, 0.25))
     return ax
 
 
@@ -196,6 +197,6 @@ def _own_axes() -> Axes:
     return Figure(figsize=(6.4, 4.4), layout="constrained").subplots()
 
 
-def _tidy(ax: Axes) -> None:
+def _tidy(ax: Axes, **where: Any) -> None:
     ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(frameon=False, fontsize=style.SMALL)
+    ax.legend(frameon=False, fontsize=style.SMALL, **where)
