@@ -191,4 +191,4 @@ def _with_rates(problem: Discretisation, nodes: np.ndarray) -> ca.Function:
         sample = problem.sample_expression(nodes)
         rate = ca.reshape(ca.jtimes(ca.vec(sample), problem.x, t), *sample.shape)
         problem._rate_sampler = ca.Function("rates", [problem.x, t], [sample, rate])  # type: ignore[attr-defined]
-    return problem._rate_sampler  # type: ignore[attr-defined, no-any-return]
+    return problem._rate_sampler  # type: ignore[attr-defined]

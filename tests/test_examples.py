@@ -136,3 +136,19 @@ def test_an_example_runs_as_a_script(tmp_path: Path) -> None:
     )
     assert done.stdout.startswith("alpha = 14.86460")
     assert done.stderr == ""
+
+
+def test_follower_work() -> None:
+    full, retraced = load("follower_work").main()
+    assert full == pytest.approx(0.003566, abs=2e-6)
+    assert abs(retraced) < 1e-12
+
+
+def test_flaw_charts(tmp_path: Path) -> None:
+    found = load("flaw_charts").main()
+    assert len(found) == 8
+    low, high = found["aortic_flap"]
+    assert low == pytest.approx(25942.2, rel=1e-5)
+    assert high == 140100.0
+    for low, high in found.values():
+        assert 0.0 < low < high

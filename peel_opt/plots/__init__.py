@@ -7,5 +7,6 @@ a figure of their own that works without a display, and return the axes.
 from .branches import plot_branch
 from .equilibria import plot_equilibrium, plot_family
 from .files import save_figure
+from .flaw_chart import plot_flaw_chart
 
-__all__ = ["plot_branch", "plot_equilibrium", "plot_family", "save_figure"]
+__all__ = ["plot_branch", "plot_equilibrium", "plot_family", "plot_flaw_chart", "save_figure"]

@@ -1,0 +1,1 @@
+"""Measured figures beside what is asked: ``python -m benchmarks.run``."""

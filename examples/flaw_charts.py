@@ -1,0 +1,40 @@
+"""Flaw charts in SI units for every material card: when does a flaw grow, when does it heal?"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import peel_opt as po
+from peel_opt.cards import load_card
+from peel_opt.plots import plot_flaw_chart, save_figure
+
+CARDS = Path(__file__).parent.parent / "problems"
+
+
+def limits() -> dict[str, tuple[float, float]]:
+    """Pressures [Pa] of each material at which it re-adheres and at which its bond fails."""
+    found = {}
+    for path in sorted(CARDS.glob("*.toml")):
+        rod = load_card(path).rod()
+        if rod is not None and not rod.dimensionless:
+            found[path.stem] = (po.readhesion_pressure(rod).pressure, rod.adhesion_strength)
+    return found
+
+
+def main(out: Path | None = None) -> dict[str, tuple[float, float]]:
+    """Return the limits; with ``out``, write a chart of each material there."""
+    found = limits()
+    for name in found if out is not None else ():
+        assert out is not None
+        rod = load_card(CARDS / f"{name}.toml").rod()
+        branch = po.trace(rod, points=48, tol=1e-7)
+        save_figure(plot_flaw_chart(branch).figure, out / f"{name}.png")
+    return found
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, help="write the charts to this folder")
+    for name, (low, high) in main(parser.parse_args().out).items():
+        print(f"{name:<16} re-adheres below {low:12.6g} Pa, bond fails at {high:12.6g} Pa")

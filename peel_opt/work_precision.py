@@ -1,0 +1,261 @@
+"""Work against precision: what each method takes and what it gives, on one question.
+
+Every method is warmed up, timed several times and held against one reference; a method that
+fails keeps its row, with the reason.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from .answer import Method
+from .cards import Card
+from .errors import InvalidInput, PeelOptError
+from .peers import BvpPeer
+from .result import Equilibrium
+from .transcription import Spectral
+from .transcription.base import Transcription
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Name under which SciPy's solver takes part.
+PEER = "solve_bvp"
+
+#: Three times the nodes the spectral method starts with.
+REFERENCE = Spectral(nodes=54)
+
+
+@dataclass(frozen=True)
+class Work:
+    """One method at one tolerance; NaN where there is no such number.
+
+    Parameters
+    ----------
+    method : str
+    tol : float
+        As asked; for solve_bvp its own, a relative residual.
+    seconds : float
+        Median of the repeats, after a warm-up.
+    iterations : float
+        Of Newton's method or of IPOPT.
+    unknowns : float
+    evaluations : float
+        Of the equations: one in each iteration of Newton's method, not counted inside IPOPT.
+    error : float
+        As reported with the answer; solve_bvp has none.
+    true_error : float
+        Against the reference.
+    status : str
+        "certified", "solved" for a peer, or why there is no answer.
+    """
+
+    method: str
+    tol: float
+    seconds: float = math.nan
+    iterations: float = math.nan
+    unknowns: float = math.nan
+    evaluations: float = math.nan
+    error: float = math.nan
+    true_error: float = math.nan
+    status: str = ""
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """What `tradeoff` returns: the rows, and the reference they are held against.
+
+    Parameters
+    ----------
+    rows : tuple of Work
+    answered : str
+    reference, reference_error : float
+    """
+
+    rows: tuple[Work, ...]
+    answered: str
+    reference: float
+    reference_error: float
+
+    def of(self, method: str) -> tuple[Work, ...]:
+        """Rows of one method."""
+        return tuple(row for row in self.rows if row.method == method)
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Methods in the order they were given."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
+    def fastest(self, accuracy: float) -> Work | None:
+        """Return the row that takes least time among those truly within ``accuracy``; None if none is."""
+        good = [row for row in self.rows if row.true_error <= max(accuracy, self.reference_error)]
+        return min(good, key=lambda row: row.seconds, default=None)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write all rows, with full digits."""
+        path = Path(path)
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([f.name for f in fields(Work)])
+            writer.writerows(astuple(row) for row in self.rows)
+        return path
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw true error against seconds, both logarithmic; return the axes."""
+        if ax is None:
+            from matplotlib.figure import Figure
+
+            ax = Figure(layout="constrained").subplots()
+        for marker, method in zip("osD^vPX*" * len(self.rows), self.methods, strict=False):
+            points = [
+                (1e3 * row.seconds, max(row.true_error, self.reference_error, 1e-16))
+                for row in self.of(method)
+                if math.isfinite(row.true_error)
+            ]
+            if points:
+                ax.plot(*zip(*sorted(points), strict=True), marker=marker, label=method, linewidth=1.0)
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        ax.set_xlabel("milliseconds")
+        ax.set_ylabel(f"true error of {self.answered}")
+        if ax.lines:
+            ax.legend(frameon=False)
+        return ax
+
+    def __repr__(self) -> str:
+        width = max((len(method) for method in self.methods), default=6)
+        head = f"{'method':<{width}}  {'tol':>7}  {'ms':>8}  {'iter':>5}  {'size':>5}  {'evals':>5}"
+        lines = [f"{head}  {'reported':>8}  {'true':>8}  status"]
+        for row in self.rows:
+            counts = (row.iterations, row.unknowns, row.evaluations)
+            numbers = "  ".join("    -" if math.isnan(n) else f"{n:>5.0f}" for n in counts)
+            errors = "  ".join(
+                "       -" if math.isnan(e) else f"{e:>8.1e}" for e in (row.error, row.true_error)
+            )
+            ms = "       -" if math.isnan(row.seconds) else f"{1e3 * row.seconds:>8.3f}"
+            lines.append(f"{row.method:<{width}}  {row.tol:>7.0e}  {ms}  {numbers}  {errors}  {row.status}")
+        lines.append(f"reference {self.answered} = {self.reference:.14g} +- {self.reference_error:.0e}")
+        return "\n".join(lines)
+
+
+def tradeoff(
+    problem: Callable[..., Equilibrium] | Card,
+    methods: Sequence[str | Method | Transcription] = ("series", "spectral", "collocation", "shooting", PEER),
+    tols: Sequence[float] = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
+    *,
+    repeats: int = 5,
+    clock: Callable[[], float] = time.perf_counter,
+) -> WorkPrecision:
+    """Measure what methods take and give on one question.
+
+    Parameters
+    ----------
+    problem : callable or Card
+        Takes ``method`` and ``tol`` and returns an `Equilibrium`, such as
+        ``functools.partial(length_given_pressure, rod, 0.2)``, or a card with one question.
+    methods : sequence
+        Anything ``method=`` takes, and "solve_bvp": SciPy's solver with the Jacobian by hand,
+        started from the state the others are started from.
+    tols : sequence of float
+    repeats : int
+        Timed calls, after one that is not.
+    clock : callable
+        Seconds, for tests.
+
+    Returns
+    -------
+    WorkPrecision
+
+    Raises
+    ------
+    InvalidInput
+        If a card has not exactly one question, or nothing is to be measured.
+    PeelOptError
+        Whatever the reference solve raises: without one there is nothing to compare.
+    """
+    ask = _question(problem)
+    if not methods or not tols or repeats < 1:
+        raise InvalidInput("give at least one method, one tolerance and one repeat.")
+    reference = ask(method=REFERENCE, tol=1e-2)
+    peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
+    rows = []
+    for method in methods:
+        for tol in tols:
+            run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
+            rows.append(_measured(run, str(method), float(tol), reference.answer, repeats, clock))
+    return WorkPrecision(tuple(rows), reference.answered, reference.answer, reference.error)
+
+
+#: The answer and everything of a row that is not measured from outside.
+_Outcome = tuple[float, dict[str, Any]]
+
+
+def _question(problem: Callable[..., Equilibrium] | Card) -> Callable[..., Equilibrium]:
+    if not isinstance(problem, Card):
+        return problem
+    if len(problem.questions) != 1:
+        raise InvalidInput(
+            f"the card has {len(problem.questions)} questions, not one.",
+            remedy="Pass card.questions[i].pose(card.problem).",
+        )
+    return problem.questions[0].pose(problem.problem)
+
+
+def _own_run(
+    ask: Callable[..., Equilibrium], method: str | Method | Transcription, tol: float
+) -> Callable[[], _Outcome]:
+    def run() -> _Outcome:
+        eq = ask(method=method, tol=tol)
+        stats = eq.stats
+        nlp = stats.method.startswith("Shooting")
+        return eq.answer, {
+            "iterations": stats.iterations,
+            "unknowns": stats.unknowns,
+            "evaluations": math.nan if nlp else stats.iterations,
+            "error": eq.error,
+            "status": eq.status,
+        }
+
+    return run
+
+
+def _peer_run(peer: BvpPeer | None, tol: float) -> Callable[[], _Outcome]:
+    def run() -> _Outcome:
+        if peer is None:
+            raise InvalidInput("this comparison knows the linear law and law (8) only.")
+        found = peer.solve(tol)
+        return found.answer, {
+            "iterations": found.iterations,
+            "unknowns": found.unknowns,
+            "evaluations": found.evaluations,
+            "status": "solved",
+        }
+
+    return run
+
+
+def _measured(
+    run: Callable[[], _Outcome],
+    method: str,
+    tol: float,
+    reference: float,
+    repeats: int,
+    clock: Callable[[], float],
+) -> Work:
+    try:
+        answer, numbers = run()
+        seconds = []
+        for _ in range(repeats):
+            began = clock()
+            run()
+            seconds.append(clock() - began)
+    except PeelOptError as error:
+        return Work(method, tol, status=f"{error.status}: {error}")
+    return Work(method, tol, median(seconds), true_error=abs(answer - reference), **numbers)
