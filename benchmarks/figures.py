@@ -59,12 +59,14 @@ def milliseconds(call: Callable[[], Any], repeats: int = 25) -> float:
 
 
 def alternating(*calls: Callable[[], Any], repeats: int = 25) -> list[float]:
-    """Median milliseconds of calls that take turns, so that a busy moment slows all of them."""
-    for call in calls:
-        call()
+    """Median milliseconds of calls that take turns, so that a busy moment slows all of them.
+
+    At each turn a call runs twice and the second time counts: the others emptied the caches.
+    """
     seconds: list[list[float]] = [[] for _ in calls]
     for _ in range(repeats):
         for own, call in zip(seconds, calls, strict=True):
+            call()
             began = time.perf_counter()
             call()
             own.append(time.perf_counter() - began)

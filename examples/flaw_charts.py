@@ -1,4 +1,4 @@
-"""Flaw charts in SI units for every material card: when does a flaw grow, when does it heal?"""
+"""Flaw charts in SI units for every material card: when a flaw grows and when it heals."""
 
 from __future__ import annotations
 

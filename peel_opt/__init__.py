@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from .reduction import lyapunov_schmidt
     from .result import Equilibrium
     from .rod import Rod
-    from .small_motions import Stability, stability
+    from .small_motions import Stability, control_table, stability
+    from .stability_along import stability_changes
     from .traced_potential import branch_potential
     from .tracing import trace
     from .transcription import Collocation, Shooting, Spectral
@@ -57,6 +58,8 @@ _HOMES = {
     "Method": "answer",
     "trace": "tracing",
     "stability": "small_motions",
+    "control_table": "small_motions",
+    "stability_changes": "stability_along",
     "Stability": "small_motions",
     "energies": "work_balance",
     "critical_flaw": "flaws",
@@ -113,6 +116,7 @@ __all__ = [
     "Stability",
     "Walk",
     "branch_potential",
+    "control_table",
     "critical_flaw",
     "energies",
     "equilibria",
@@ -130,6 +134,7 @@ __all__ = [
     "readhesion_pressure",
     "safe_pressure",
     "stability",
+    "stability_changes",
     "trace",
     "trapezoidal",
 ]

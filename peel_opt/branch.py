@@ -126,7 +126,8 @@ class Branch:
     options : dict
         What the trace was asked for.
     index : ndarray or None
-        Number of unstable directions at fixed pressure, where it has been computed.
+        Number of unstable directions at fixed pressure, a fluttering pair as two, where it has
+        been computed: see `with_stability`.
     """
 
     law: str
@@ -261,7 +262,15 @@ class Branch:
         """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod; return the axes."""
         from .plots import plot_branch
 
-        return plot_branch(self, ax, x, y)
+        return plot_branch(self.with_stability(), ax, x, y)
+
+    def with_stability(self) -> Branch:
+        """Return the branch with ``index`` computed, where it carries its solutions."""
+        if self.index is not None or self.solutions is None:
+            return self
+        from .stability_along import with_index
+
+        return with_index(self)
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an NPZ file that `load` restores bit for bit."""

@@ -142,17 +142,18 @@ def _at_pressure(sums: Curve, ratio: float, P: float) -> Root:
     if P >= 1.0:
         raise NotConverged("there is no detached state at this pressure.")
     a, sigma = P - 1.0, math.pi * ratio**-0.25
+    step = 0.0
     for iteration in range(1, MOST_ITERATIONS + 1):  # noqa: B007 - counted for the report
         beta0 = sigma**3
         if beta0 > MOST_BETA0:
             raise NotConverged(f"beta0 = {beta0:.3g} is beyond its convergence.")
         lam, by_alpha1, by_beta0 = sums(a * beta0, beta0)
         slope = 4.0 * ratio * sigma**3 - 3.0 * sigma**2 * (a * by_alpha1 + by_beta0)
-        step = (ratio * sigma**4 - PI4 - lam) / slope
+        before, step = step, (ratio * sigma**4 - PI4 - lam) / slope
         if not (slope > 0.0 and abs(step) < 0.5 * sigma):
             raise NotConverged("its Newton iteration fails.")
         sigma -= step
-        if abs(step) < 4e-15 * sigma:
+        if _next_step(step, before) < EPS * sigma or abs(step) < 1e-14 * sigma:
             break
     else:
         raise NotConverged("its Newton iteration does not end.")
@@ -161,7 +162,7 @@ def _at_pressure(sums: Curve, ratio: float, P: float) -> Root:
     response = abs(beta0 * value.by_alpha1 / slope)
     by_ratio = sigma**4 / slope
     rounding = EPS * (4.0 * (PI4 + ratio * sigma**4) / slope + 2.0 * (sigma + response + ratio * by_ratio))
-    error = sums.error(a * beta0, beta0) / slope + rounding
+    error = sums.error(a * beta0, beta0) / slope + rounding + 2.0 * _next_step(step, before)
     return Root(a * beta0, sigma, value.lam, _label(value.by_alpha1, a), error, response, iteration)
 
 
@@ -172,13 +173,14 @@ def _at_length(sums: Curve, sigma: float, lam: float, state: str, ratio: float |
         raise NotConverged(f"beta0 = {beta0:.3g} is beyond its convergence.")
     wanted = "lower" if state == "unfolded" else state
     alpha1 = _leading_root(sums, beta0, lam, wanted)
+    step = 0.0
     for iteration in range(1, MOST_ITERATIONS + 1):
-        found, slope, _ = sums(alpha1, beta0)
-        step = (found - lam) / slope if slope else math.inf
+        found, slope, by_beta0 = sums(alpha1, beta0)
+        before, step = step, (found - lam) / slope if slope else math.inf
         if not abs(step) < 0.5 * (1.0 + abs(alpha1)):
             raise NotConverged("its Newton iteration fails.")
         alpha1 -= step
-        if abs(step) < 4e-15 * abs(alpha1):
+        if _next_step(step, before) < EPS * abs(alpha1) or abs(step) < 1e-14 * abs(alpha1):
             break
         if abs(step) < 1e-12 * abs(alpha1) and iteration > 8:
             break  # what rounding leaves near the fold
@@ -187,9 +189,10 @@ def _at_length(sums: Curve, sigma: float, lam: float, state: str, ratio: float |
     if _label(slope, alpha1) != wanted:
         raise NotConverged(f"it finds no {wanted} state.")
     steepness = abs(slope)
-    by_sigma = abs(sums(alpha1, beta0).by_beta0) * 3.0 * sigma**2 + (4.0 * ratio * sigma**3 if ratio else 0.0)
+    by_sigma = abs(by_beta0) * 3.0 * sigma**2 + (4.0 * ratio * sigma**3 if ratio else 0.0)
     given = (PI4 + ratio * sigma**4) * 2.0 if ratio else 2.0 * abs(lam)
-    rounding = EPS * (given + 2.0 * sigma * by_sigma) / steepness + 2.0 * EPS * abs(alpha1) + 2.0 * abs(step)
+    rounding = EPS * (given + 2.0 * sigma * by_sigma) / steepness + 2.0 * EPS * abs(alpha1)
+    rounding += 2.0 * _next_step(step, before)
     error = sums.error(alpha1, beta0) / steepness + rounding
     if not error < SEPARATE * abs(alpha1):
         raise NotConverged("it has not converged there, or the fold is too near.")
@@ -197,6 +200,11 @@ def _at_length(sums: Curve, sigma: float, lam: float, state: str, ratio: float |
     if ratio:  # P = 1 + alpha1/beta0 is asked for
         return Root(alpha1, sigma, lam, wanted, error / beta0 + 2.0 * EPS, condition / beta0, iteration)
     return Root(alpha1, sigma, lam, wanted, error, condition, iteration)
+
+
+def _next_step(step: float, before: float) -> float:
+    """Size of the step after this one: they shrink quadratically."""
+    return abs(step) * min(1.0, (step / before) ** 2) if before else abs(step)
 
 
 def _leading_root(sums: Curve, beta0: float, lam: float, state: str) -> float:

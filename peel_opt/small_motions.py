@@ -244,3 +244,40 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
             remedy="Compute it again; files and other processes keep the shape only.",
         )
     return analyse(state.source.law, state.source.problem, state.source.x)
+
+
+#: What the paper reads off its effective potential at a given length: minimum or maximum.
+PAPER_LABELS = {"lower": "stable (minimum of U_e)", "middle": "unstable (maximum of U_e)"}
+
+
+def control_table(eq: Equilibrium) -> dict[str, str]:
+    """Return who would see a state: a line for each control of an experiment.
+
+    "fixed length" is the paper's reading, by its effective potential and not by the motions
+    of the rod; the potential knows the unfolded states only.
+
+    Raises
+    ------
+    InvalidInput
+        As for `stability`.
+
+    Examples
+    --------
+    >>> from peel_opt import Rod, length_given_pressure
+    >>> table = control_table(length_given_pressure(Rod.from_ratio(1.0), 0.5))
+    >>> table["fixed pressure"], table["fixed length (paper)"]
+    ('unstable (index 1)', 'stable (minimum of U_e)')
+    """
+    found = stability(eq)
+    flutter = ["flutter"] if found.flutter else []
+
+    def word(index: int) -> str:
+        reasons = ([f"index {index}"] if index else []) + flutter
+        return f"unstable ({', '.join(reasons)})" if reasons else "stable"
+
+    return {
+        "fixed pressure": word(found.index),
+        "fixed pressure, heavy drag": "unstable" if found.growth > 0.0 else "stable",
+        "fixed swept volume": word(found.volume_index),
+        "fixed length (paper)": PAPER_LABELS.get(eq.state, "not covered"),
+    }

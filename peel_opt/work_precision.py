@@ -140,7 +140,9 @@ class WorkPrecision:
                 "       -" if math.isnan(e) else f"{e:>8.1e}" for e in (row.error, row.true_error)
             )
             ms = "       -" if math.isnan(row.seconds) else f"{1e3 * row.seconds:>8.3f}"
-            lines.append(f"{row.method:<{width}}  {row.tol:>7.0e}  {ms}  {numbers}  {errors}  {row.status}")
+            lines.append(
+                f"{row.method:<{width}}  {row.tol:>7.0e}  {ms}  {numbers}  {errors}  {_short(row.status)}"
+            )
         lines.append(f"reference {self.answered} = {self.reference:.14g} +- {self.reference_error:.0e}")
         return "\n".join(lines)
 
@@ -259,3 +261,8 @@ def _measured(
     except PeelOptError as error:
         return Work(method, tol, status=f"{error.status}: {error}")
     return Work(method, tol, median(seconds), true_error=abs(answer - reference), **numbers)
+
+
+def _short(status: str, most: int = 60) -> str:
+    """One column's worth of a reason; the row itself keeps all of it."""
+    return status if len(status) <= most else f"{status[: most - 3]}..."

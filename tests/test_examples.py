@@ -152,3 +152,14 @@ def test_flaw_charts(tmp_path: Path) -> None:
     assert high == 140100.0
     for low, high in found.values():
         assert 0.0 < low < high
+
+
+def test_stability_map(tmp_path: Path) -> None:
+    import numpy as np
+
+    found = load("stability_map").main(np.array([0.2, 0.5]), points=24, out=tmp_path / "map.png")
+    assert [kind for kind, *_ in found[0.2]] == ["index 1", "stable"]
+    kinds = [kind for kind, *_ in found[0.5]]
+    assert kinds[:4] == ["index 1", "stable", "flutter", "flutter even under drag"]
+    assert found[0.5][0][2] == pytest.approx(-2.04257752, abs=2e-6)
+    assert (tmp_path / "map.png").stat().st_size > 10_000

@@ -109,3 +109,27 @@ def test_only_a_computed_equilibrium_can_be_analysed() -> None:
     eq = pickle.loads(pickle.dumps(po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5)))
     with pytest.raises(po.InvalidInput, match="no discrete solution"):
         stability(eq)
+
+
+def test_a_branch_knows_its_index_and_draws_it_dashed() -> None:
+    br = po.trace(po.Rod.from_ratio(0.2), points=20, tol=1e-8)
+    assert br.index is None
+    known = br.with_stability()
+    fold = br.special("LP-pressure")[0].index
+    assert set(known.index[1:fold]) == {1}
+    assert set(known.index[fold + 1 :]) == {0}
+    styles = {line.get_linestyle() for line in br.plot().get_lines() if len(line.get_xdata()) > 2}
+    assert {"-", "--"} <= styles
+
+
+def test_changes_of_stability_are_located() -> None:
+    changes = po.stability_changes(po.trace(po.Rod.from_ratio(0.3), points=24, tol=1e-8))
+    assert [(c.before, c.after.split()[0]) for c in changes] == [
+        ("index 1", "stable"),
+        ("stable", "flutter"),
+        (changes[1].after, "stable"),
+    ]
+    assert changes[0].pressure_ratio == pytest.approx(0.6460251524, abs=1e-9)
+    assert all(abs(c.tip_angles[0] - c.tip_angles[1]) < 1e-5 for c in changes)
+    with pytest.raises(po.InvalidInput, match="branch of a rod"):
+        po.stability_changes(po.trace(beta0=4, lam=(-1, 1), points=8))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from benchmarks.figures import Figure
 from peel_opt.cards import Card
 from peel_opt.peers import BvpPeer
 from peel_opt.work_precision import WorkPrecision, tradeoff
@@ -143,3 +144,11 @@ def test_a_card_with_several_questions_is_refused() -> None:
 def test_nothing_to_measure(empty: dict) -> None:
     with pytest.raises(po.InvalidInput, match="at least one"):
         tradeoff(SCENES["groups"], **empty)
+
+
+def test_a_benchmark_figure_knows_whether_it_is_met() -> None:
+    assert Figure("faster", 31.0, "x", 30.0, at_least=True).met
+    assert not Figure("slower", 5.1, "ms", 5.0).met
+    assert Figure("reported only", 5.1, "ms").met
+    assert "FALLS SHORT" in str(Figure("slower", 5.1, "ms", 5.0))
+    assert "met" not in str(Figure("reported only", 5.1, "ms"))
