@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from .tracing import trace
     from .transcription import Collocation, Shooting, Spectral
     from .work_balance import energies
+    from .work_precision import WorkPrecision, tradeoff
 
 #: Where each public name lives; imported when first used, so that ``import peel_opt`` is free.
 _HOMES = {
@@ -57,6 +58,8 @@ _HOMES = {
     "Spectral": "transcription",
     "Method": "answer",
     "trace": "tracing",
+    "tradeoff": "work_precision",
+    "WorkPrecision": "work_precision",
     "stability": "small_motions",
     "control_table": "small_motions",
     "stability_changes": "stability_along",
@@ -115,6 +118,7 @@ __all__ = [
     "Spectral",
     "Stability",
     "Walk",
+    "WorkPrecision",
     "branch_potential",
     "control_table",
     "critical_flaw",
@@ -136,6 +140,7 @@ __all__ = [
     "stability",
     "stability_changes",
     "trace",
+    "tradeoff",
     "trapezoidal",
 ]
 

@@ -47,8 +47,9 @@ def pressure_given_length(
     near : float or Equilibrium, optional
         Pick the state whose pressure [Pa] is nearest.
     method : str, Method or Transcription
-        "auto", "shooting" or "spectral", or a configured object such as
-        ``Shooting(intervals=24, integrator="rk4")``, which is then used as it is.
+        "series", "spectral", "collocation" or "shooting" (multiple shooting by IPOPT); "auto"
+        takes the cheapest that meets ``tol``.  A configured object such as
+        ``Shooting(intervals=24, integrator="rk4")`` is used as it is.
     tol : float
         Largest error of p/T0, and largest certificate, of a certified answer.
     throw : bool

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -113,16 +113,23 @@ def trace(
             w.extend(partial(_left_for_good, window, w) if rod is None else lambda _: False)
         return walks
 
-    scouts, fine = _fine_enough(walk, transcription, tol)
-    length = sum(w.points[-1].arclength for w in scouts)
-    walks = walk(fine, StepControl(largest=min(SCOUT.largest, 0.75 * length / points)))
-    parts = [_finished(w, window if rod is None else None, at or {}) for w in walks]
-    ended = "window" if rod is None and all(part.ended == "window" for part in parts) else parts[-1].ended
     options = {"lam": list(window), "mode": mode, "points": points, "tol": tol}
-    branch = assemble(parts, rod, ended, options)
-    if branch.error.max() > tol:
+    for mesh in [transcription] if transcription is not None else [Spectral(n) for n in NODES]:
+        scouts = walk(mesh, SCOUT)
+        reached = max(e for w in scouts for e in point_errors(w.family, w.points))
+        if reached > 0.3 * tol:
+            continue  # a few points tell that this mesh is too coarse
+        length = sum(w.points[-1].arclength for w in scouts)
+        walks = walk(mesh, StepControl(largest=min(SCOUT.largest, 0.75 * length / points)))
+        parts = [_finished(w, window if rod is None else None, at or {}) for w in walks]
+        cut = rod is None and all(part.ended == "window" for part in parts)
+        branch = assemble(parts, rod, "window" if cut else parts[-1].ended, options)
+        reached = float(branch.error.max())
+        if reached <= tol:
+            break
+    else:
         raise NotConverged(
-            f"the branch is accurate to {branch.error.max():.1e} only, asked for {tol:.1e}.",
+            f"the branch is accurate to {reached:.1e} only, asked for {tol:.1e}.",
             remedy="Give a larger tol, or a finer transcription.",
         )
     if rod is not None:
@@ -164,19 +171,6 @@ def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point
         return True
     # Without a fold the branch runs on to lambda = -pi^4, which it approaches but never meets.
     return lam < -0.999 * PI4 or (bool(walk.folds) and lam < low)
-
-
-def _fine_enough(
-    walk: Callable[[Transcription, StepControl], list[PrimaryBranch]], given: Transcription | None, tol: float
-) -> tuple[list[PrimaryBranch], Transcription]:
-    """Find the coarsest mesh whose error is within ``tol`` everywhere on a coarse walk."""
-    candidates: Sequence[Transcription] = [given] if given is not None else [Spectral(n) for n in NODES]
-    for transcription in candidates:
-        scouts = walk(transcription, SCOUT)
-        errors = [e for w in scouts for e in point_errors(w.family, w.points)]
-        if max(errors) <= 0.3 * tol:
-            break
-    return scouts, transcription
 
 
 def _finished(

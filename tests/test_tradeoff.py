@@ -6,6 +6,7 @@ import csv
 import math
 from functools import partial
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,3 +153,11 @@ def test_a_benchmark_figure_knows_whether_it_is_met() -> None:
     assert Figure("reported only", 5.1, "ms").met
     assert "FALLS SHORT" in str(Figure("slower", 5.1, "ms", 5.0))
     assert "met" not in str(Figure("reported only", 5.1, "ms"))
+
+
+def test_the_page_on_methods_runs() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "choosing_a_method.md").read_text(encoding="utf-8")
+    code = page.split("```python\n")[1].split("```")[0]
+    names: dict = {}
+    exec(code, names)
+    assert names["table"].methods == ("spectral", "collocation", "solve_bvp")

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from ..branch import Branch, SpecialPoint
 from ..errors import InvalidInput
 from . import style
+from .scene import add_legend
 from .words import AxisUnit, length_unit, pressure_unit
 
 #: What can be drawn, and how it is written on an axis.  Those in `_LENGTHS` and `_PRESSURES`
@@ -63,6 +64,8 @@ _OTHER = Mark("S", "special point", "v", style.ROD)
 BRANCH, SPURIOUS, STRAIGHT = style.ADHESION, "#ADADAD", "#6E6E6E"
 DASHES = (0, (4.0, 1.8))
 _LETTER_GAP = 8.0  # points
+#: How far along the curve its bend is looked at, in sizes of the picture.
+_LOOK = 0.04
 
 
 def plot_branch(
@@ -126,15 +129,10 @@ def plot_branch(
     ax.set_xlabel(_axis(names[0], units[0]))
     ax.set_ylabel(_axis(names[1], units[1]))
     ax.spines[["top", "right"]].set_visible(False)
-    ax.margins(0.06)
+    ax.margins(0.08)
     if legend:
-        ax.legend(loc="best", fontsize=style.SMALL, framealpha=0.9, edgecolor="none", handlelength=2.4)
+        add_legend(ax, columns=2)
     return ax
-
-
-def special_letters(branch: Branch) -> list[str]:
-    """Letters of the special points of a branch, in their order: T, F, P, and F1, F2 where several."""
-    return _letters(list(branch.special_points))
 
 
 def _letters(points: list[SpecialPoint]) -> list[str]:
@@ -179,7 +177,7 @@ def _axis(name: str, unit: AxisUnit) -> str:
 
 def _own_axes() -> Axes:
     """Return axes in a figure of their own; pyplot never knows it."""
-    axes: Axes = Figure(figsize=(6.4, 4.4), layout="constrained").add_subplot()
+    axes: Axes = Figure(figsize=(6.4, 4.8), layout="constrained").add_subplot()
     return axes
 
 
@@ -209,10 +207,8 @@ def _runs(branch: Branch, backwards: bool) -> Iterator[tuple[np.ndarray, bool | 
 
 
 def _words(stable: bool | None, spurious: bool) -> str:
-    stability = {None: "", True: "stable", False: "unstable"}[stable]
-    if spurious:
-        return f"spurious ($y < 0$){', ' * bool(stability)}{stability}"
-    return stability or "detached"
+    name = "spurious, $y < 0$" if spurious else "detached"
+    return name + {None: "", True: ", stable at fixed $p$", False: ", unstable at fixed $p$"}[stable]
 
 
 def _unique(ax: Axes, label: str) -> str:
@@ -277,34 +273,25 @@ def _draw_mark(ax: Axes, mark: Mark, x: float, y: float) -> None:
 def _outward(across: np.ndarray, up: np.ndarray, i: int) -> tuple[float, float]:
     """Unit vector, as the eye sees it, to the outer side of the bend at a point.
 
-    At the end of the branch it goes on in its direction; where there is no bend, to the upper right.
+    At the end of the branch it goes on in its direction; where there is no bend, to the upper left.
     """
-    finite = np.isfinite(across) & np.isfinite(up)
+    finite = np.flatnonzero(np.isfinite(across) & np.isfinite(up))
     size = [np.ptp(v[finite]) or 1.0 for v in (across, up)]
-    seen = np.column_stack([across / size[0], up / size[1]])
-    seen = np.where(finite[:, None], seen, np.nan)
-    distance = np.hypot(*(seen - seen[i]).T)
+    seen = np.column_stack([across[finite] / size[0], up[finite] / size[1]])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))])
+    here = along[np.searchsorted(finite, i)]
 
-    def neighbour(step: int) -> np.ndarray | None:
-        k = i + step
-        while 0 <= k < len(seen):
-            if distance[k] > 0.05:
-                return np.asarray(seen[k])
-            k += step
-        return None
+    def at(distance: float) -> np.ndarray:
+        return np.array([np.interp(here + distance, along, v) for v in seen.T])
 
-    back, ahead = neighbour(-1), neighbour(1)
-    if back is None and ahead is None:
-        return 0.7, 0.7
-    if back is None or ahead is None:
-        one = ahead if back is None else back
-        assert one is not None
-        away = seen[i] - one
+    ahead, back = at(_LOOK) - at(0.0), at(-_LOOK) - at(0.0)
+    if not ahead.any() or not back.any():
+        away = -(ahead + back)
     else:
-        away = seen[i] - 0.5 * (back + ahead)
-        along = ahead - back
-        normal = np.array([-along[1], along[0]]) / (np.hypot(*along) or 1.0)
-        normal *= 1.0 if normal.sum() >= 0.0 else -1.0
-        away = away + 1e-3 * normal
-    length = float(np.hypot(*away)) or 1.0
-    return float(away[0] / length), float(away[1] / length)
+        tangent = ahead - back
+        away = np.array([-tangent[1], tangent[0]])
+        bend = float(away @ (ahead + back))
+        outer = -bend if abs(bend) > 0.02 * float(away @ away) else away[1] - 0.5 * away[0]
+        away = away * (1.0 if outer >= 0.0 else -1.0)
+    length = float(np.hypot(*away))
+    return (float(away[0] / length), float(away[1] / length)) if length else (0.7, 0.7)

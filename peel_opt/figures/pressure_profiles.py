@@ -1,0 +1,138 @@
+"""Figure 8: pressure against detached length, by the normal form (38), the linear law and law (8)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..branch import Branch
+from ..closures import Closure
+from ..cohesion import LINEAR
+from ..continuation import Family, StepControl
+from ..design_relations import fold_pressure, pressure_profile
+from ..landau import NormalForm
+from ..plots import style
+from ..primary import PATH, PrimaryBranch
+from ..rod import Rod
+from ..tracing import trace
+from . import look
+
+RATIOS = (0.1, 0.2, 0.5, 1.0, 2.0)
+
+#: Length up to which each panel is drawn, over the longest one that law (8) allows.
+_ROOM = 1.3
+
+
+def figure_8(points: int = 160) -> Figure:
+    """Pressure profiles for eta/y0 = 0.1, 0.2, 0.5, 1 and 2, each in a panel, and together as printed."""
+    figure = look.new_figure(11.0, 7.2)
+    panels = figure.subplots(2, 3).ravel()
+    traced = {}
+    for ax, ratio in zip(panels, RATIOS, strict=False):
+        branch = traced[ratio] = trace(Rod.from_ratio(ratio), points=points)
+        _panel(ax, ratio, branch, points)
+    look.legend(panels[3], loc="upper right")
+    _as_printed(panels[5], traced)
+    look.footnote(
+        figure,
+        "(38) with the paper's numbers.  Law (8) and the linear law are the same while $p \\geq T_0/2$ on the way"
+        " from T; below, the tip is higher than $y_0$ and law (8) is the one to use.",
+    )
+    return figure
+
+
+def linear_profile(ratio: float, longest: float, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return sbar/eta and p/T0 along a rod's branch under the linear law, up to a length.
+
+    For eta/y0 above 0.4319 that branch has no end: it passes through p = 0 and goes on.
+    """
+    family = Family(LINEAR, PATH, Closure("ratio", ratio))
+    walk = PrimaryBranch(family, control=StepControl(largest=step))
+    walk.extend(lambda p: p.scalars.sigma > longest or p.scalars.pressure_ratio < 0.0)
+    scalars = [p.scalars for p in walk.points]
+    return np.array([s.sigma for s in scalars]), np.array([s.pressure_ratio for s in scalars])
+
+
+def _panel(ax: Axes, ratio: float, branch: Branch, points: int) -> None:
+    longest = _ROOM * float(branch.length_ratio.max())
+    rod = Rod.from_ratio(ratio)
+    over_y0 = ratio * branch.length_ratio
+    ax.plot(over_y0, branch.pressure_ratio, color=look.COHESIVE, linewidth=2.4, label="law (8)", zorder=3)
+    sigma, pressure = linear_profile(ratio, longest, 16.0 / points)
+    ax.plot(ratio * sigma, pressure, color="#56B4E9", linewidth=1.5, label="linear law", zorder=4)
+    sigma = _from_fold(rod, longest, points)
+    ax.plot(ratio * sigma, pressure_profile(rod, sigma, NormalForm.paper()), label="(38)", **look.PAPER_LINE)
+
+    fold = NormalForm.paper()
+    ax.plot(
+        ratio * sigma[0], fold_pressure(rod, fold), "s", markersize=5, color=look.PAPER, zorder=6, label="F by (34)"
+    )
+    for bend in branch.special("LP-length")[:1]:
+        if bend.pressure_ratio > 0.5 and bend.index < branch.special("LP-pressure")[0].index:
+            at = (ratio * bend.length_ratio, bend.pressure_ratio)
+            _mark(ax, at, "s", rf"$P_F = {bend.pressure_ratio:.6f}$", (7.0, 3.0))
+    (least,) = branch.special("LP-pressure")
+    at = (ratio * least.length_ratio, least.pressure_ratio)
+    _mark(ax, at, "D", rf"$P_\mathrm{{min}} = {least.pressure_ratio:.6f}$", (0.0, -7.0))
+    start = branch.special("BP")[0]
+    ax.plot(ratio * start.length_ratio, 1.0, "o", color="white", markeredgecolor="black", markersize=5.5, zorder=7)
+    ax.annotate("T", (ratio * start.length_ratio, 1.0), (5, 2), textcoords="offset points", fontsize=look.SMALL)
+    ax.axhline(0.5, color=style.RANGE, linewidth=0.9, linestyle=":", zorder=1)
+    ax.set_xlim(0.88 * float(over_y0.min()), ratio * longest)
+    ax.set_ylim(-0.04, 1.06)
+    if least.pressure_ratio > 0.5:
+        ax.text(
+            0.5,
+            0.30,
+            "(38) is no solution of (12) here: its curve goes\non for ever, the rod's ends at $P_\\mathrm{min}$"
+            " and turns.\nBoth laws agree: $y < y_0$ all along.",
+            transform=ax.transAxes,
+            fontsize=look.SMALL,
+            color=look.PAPER,
+            ha="center",
+            va="top",
+        )
+    look.tidy(ax, r"$\bar s/y_0$", r"$p/T_0$", rf"$\eta/y_0 = {ratio:g}$")
+
+
+def _from_fold(rod: Rod, longest: float, points: int) -> np.ndarray:
+    """Lengths sbar/eta from the fold of (34) on; rod in units of eta."""
+    sigma = np.linspace(1.0, longest, 4001)
+    known = np.isfinite(pressure_profile(rod, sigma, NormalForm.paper()))
+    return np.linspace(float(sigma[known][0]), longest, 2 * points)
+
+
+def _mark(ax: Axes, at: tuple[float, float], marker: str, text: str, offset: tuple[float, float]) -> None:
+    ax.plot(*at, marker, color="black", markersize=5.5, markeredgecolor="white", zorder=7)
+    ax.annotate(
+        text,
+        at,
+        xytext=offset,
+        textcoords="offset points",
+        fontsize=look.SMALL,
+        ha="left" if offset[0] else "center",
+        va="top" if offset[1] < 0.0 else "bottom",
+    )
+
+
+def _as_printed(ax: Axes, traced: dict[float, Branch]) -> None:
+    """All ratios together: law (8), and (38) in the same colour."""
+    for (ratio, branch), colour in zip(traced.items(), style.family_colours(len(traced)), strict=True):
+        longest = 12.0 / ratio
+        ax.plot(ratio * branch.length_ratio, branch.pressure_ratio, color=colour, linewidth=1.8, label=f"{ratio:g}")
+        rod = Rod.from_ratio(ratio)
+        sigma = _from_fold(rod, longest, 400)
+        ax.plot(
+            ratio * sigma,
+            pressure_profile(rod, sigma, NormalForm.paper()),
+            color=colour,
+            linewidth=1.1,
+            linestyle=(0, (4.0, 1.6)),
+        )
+    ax.set_xscale("log")
+    ax.set_xlim(0.25, 12.0)
+    ax.set_xticks([0.3, 1.0, 3.0, 10.0], ["0.3", "1", "3", "10"])
+    ax.set_ylim(-0.04, 1.06)
+    look.tidy(ax, r"$\bar s/y_0$", r"$p/T_0$", "together: law (8) solid, (38) dashed")
+    look.legend(ax, title=r"$\eta/y_0$", title_fontsize=look.SMALL, loc="upper right", bbox_to_anchor=(1.0, 0.97))
