@@ -12,6 +12,7 @@ import io
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
     InvalidInput
         If the path cannot be written.
     """
-    arrays: dict[str, np.ndarray] = {name: getattr(branch, name) for name in (*COLUMNS, "state")}
+    arrays: dict[str, Any] = {name: getattr(branch, name) for name in (*COLUMNS, "state")}
     if branch.index is not None:
         arrays["index"] = branch.index
     if branch.trivial is not None:
@@ -161,7 +162,7 @@ def _unpacked(name: str, arrays: dict[str, np.ndarray], count: int) -> tuple[np.
     flat, offsets = _array(arrays, name, "f"), _array(arrays, f"{name}.offsets", "i", count + 1)
     if offsets[0] != 0 or offsets[-1] != len(flat) or (np.diff(offsets) < 0).any():
         raise ValueError(f"{name} is not cut into {count} parts")
-    return tuple(flat[a:b].copy() for a, b in zip(offsets[:-1], offsets[1:], strict=True))
+    return tuple(flat[a:b].copy() for a, b in pairwise(offsets))
 
 
 def _array(arrays: dict[str, np.ndarray], name: str, kind: str, count: int | None = None) -> np.ndarray:
@@ -181,7 +182,9 @@ def _restore(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Branch:
     if not isinstance(head["held"], float | int) or not isinstance(head["options"], dict):
         raise ValueError("held is no number, or options is no table")
     count = len(_array(arrays, "lam", "f", head["points"]))
-    columns = {name: _array(arrays, name, "i" if name in _WHOLE else "f", count) for name in COLUMNS}
+    columns: dict[str, Any] = {
+        name: _array(arrays, name, "i" if name in _WHOLE else "f", count) for name in COLUMNS
+    }
     trivial = None
     if "trivial.lam" in arrays:
         lam = _array(arrays, "trivial.lam", "f")

@@ -69,8 +69,12 @@ def table(answers: Sequence[Answered]) -> str:
         for label, found in answers
     ]
     titles = list(next((row for row in rows if "error" in row), rows[0]))
-    lines = [titles] + [[row.get(title, "-") for title in titles] for row in rows]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(titles))]
+    return aligned([titles] + [[row.get(title, "-") for title in titles] for row in rows])
+
+
+def aligned(lines: Sequence[Sequence[str]]) -> str:
+    """Return rows of texts as columns that start below each other."""
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
@@ -110,6 +114,16 @@ def as_json(document: Any) -> str:
     return json.dumps(_without_nan(document), indent=2, allow_nan=False)
 
 
+def make_folder(path: str | Path) -> Path:
+    """Return a folder that exists now, or raise `InvalidInput`."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
+    return Path(path)
+
+
 class Folder:
     """A folder that receives the files of each answer, and a summary of all.
 
@@ -127,15 +141,10 @@ class Folder:
     """
 
     def __init__(self, path: str | Path, *, pictures: bool = True) -> None:
-        self.path = Path(path)
+        self.path = make_folder(path)
         self.pictures = pictures
         self._names: set[str] = set()
         self._rows: list[dict[str, Any]] = []
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
         # Written at once, so that a folder without permission is known before any work is done.
         self._write_summary()
 

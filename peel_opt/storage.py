@@ -179,6 +179,7 @@ def rod_from(head: dict[str, Any]) -> Rod | None:
 
 def _from_npz(data: bytes) -> tuple[dict[str, Any], Shape]:
     head, arrays = unpack(data)
+    require_schema(head, SCHEMA, SCHEMA_VERSION)
     return head, Shape(**{f.name: arrays[f.name] for f in fields(Shape)})
 
 
@@ -192,6 +193,7 @@ def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
     for line in comments:
         key, _, value = line[2:].partition(" = ")
         head[key] = json.loads(value)
+    require_schema(head, SCHEMA, SCHEMA_VERSION)
     titles = lines[len(comments)].split(",") if len(lines) > len(comments) else []
     rows = [[float(cell) for cell in line.split(",")] for line in lines[len(comments) + 1 :]]
     if any(len(row) != len(titles) for row in rows):
@@ -205,7 +207,6 @@ def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
 
 
 def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
-    require_schema(head, SCHEMA, SCHEMA_VERSION)
     points = head["points"]
     for f in fields(Shape):
         array = getattr(shape, f.name)

@@ -95,7 +95,8 @@ def test_random_rods_and_pressures_by_the_nlp() -> None:
         least = least_pressure(ratio)
         P = math.exp(rng.uniform(math.log(min(1.02 * least, 0.5 * (1 + least))), math.log(0.999)))
         rod = po.Rod.from_ratio(ratio)
-        nlp = po.length_given_pressure(rod, P, method="shooting")
+        # Near the least pressure of stiff rods the question magnifies rounding up to 1e6 times.
+        nlp = po.length_given_pressure(rod, P, method="shooting", tol=1e-6)
         spectral = po.length_given_pressure(rod, P, method="spectral")
         assert abs(nlp.length_ratio - spectral.length_ratio) <= nlp.error + spectral.error, (ratio, P)
 

@@ -16,23 +16,40 @@ from ..errors import InvalidInput
 
 if TYPE_CHECKING:
     from .diagrams import figure_4, figure_5, figure_6
+    from .fold_chart import figure_fold_curve
     from .minimum_pressure import figure_p_min
     from .pressure_profiles import figure_8
+    from .reduced import figure_7, figure_9
     from .rod_shapes import figure_10
 
-#: Where each figure is drawn, by the name it is asked for: the paper's number, or "p-min".
+#: Where each figure is drawn, by the name it is asked for: the paper's number, or a chart beyond it.
 FIGURES = {
     "4": ("diagrams", "figure_4"),
     "5": ("diagrams", "figure_5"),
     "6": ("diagrams", "figure_6"),
+    "7": ("reduced", "figure_7"),
     "8": ("pressure_profiles", "figure_8"),
+    "9": ("reduced", "figure_9"),
     "10": ("rod_shapes", "figure_10"),
     "p-min": ("minimum_pressure", "figure_p_min"),
+    "fold-curve": ("fold_chart", "figure_fold_curve"),
 }
 
 FORMATS = ("pdf", "png")
 
-__all__ = ["FIGURES", "figure_4", "figure_5", "figure_6", "figure_8", "figure_10", "figure_p_min", "make"]
+__all__ = [
+    "FIGURES",
+    "figure_4",
+    "figure_5",
+    "figure_6",
+    "figure_7",
+    "figure_8",
+    "figure_9",
+    "figure_10",
+    "figure_fold_curve",
+    "figure_p_min",
+    "make",
+]
 
 
 def make(
@@ -71,17 +88,15 @@ def make(
     wanted = [str(name) for name in names] or list(FIGURES)
     if unknown := [name for name in wanted if name not in FIGURES]:
         raise InvalidInput(f"there is no figure {unknown[0]!r}.", remedy=f"Choose from {', '.join(FIGURES)}.")
-    folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InvalidInput(f"cannot make the folder {str(out)!r}: {reason}.") from error
+    if points is not None and points < 8:
+        raise InvalidInput(f"a figure needs at least 8 points, got {points}.")
 
     from tqdm import tqdm
 
     from ..plots import save_figure
+    from ..report import make_folder
 
+    folder = make_folder(out)
     files = []
     bar = tqdm(wanted, unit="figure", leave=False, disable=not sys.stderr.isatty())
     for name in bar:

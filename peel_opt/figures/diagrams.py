@@ -36,7 +36,11 @@ def figure_4(points: int = 160) -> Figure:
         branch = trace(beta0=beta0, lam=window, points=points)
         below, above = branch.alpha1 <= 0.0, branch.alpha1 >= 0.0
         main.plot(
-            _only(branch.lam, below), branch.alpha1, color=colour, linewidth=2.6, label=rf"$\beta_0 = {beta0:g}$"
+            _only(branch.lam, below),
+            branch.alpha1,
+            color=colour,
+            linewidth=2.6,
+            label=rf"$\beta_0 = {beta0:g}$",
         )
         main.plot(_only(branch.lam, above), branch.alpha1, color=colour, linewidth=1.6, alpha=0.55)
         alpha1, lam, _ = _normal_form(branch)
@@ -44,10 +48,12 @@ def figure_4(points: int = 160) -> Figure:
         main.plot(lam, alpha1, color="black", linewidth=0.9, linestyle=(0, (4.0, 2.5)), zorder=5, label=label)
         beside.plot(lam - branch.lam, alpha1, color=colour, linewidth=1.6)
         for fold in branch.special("LP-lambda"):
-            main.plot(fold.lam, fold.alpha1, "s", color=colour, markeredgecolor="white", markersize=6, zorder=6)
+            main.plot(
+                fold.lam, fold.alpha1, "s", color=colour, markeredgecolor="white", markersize=6, zorder=6
+            )
             main.text(
                 -0.48,
-                2.4 - 0.1 * beta0,
+                2.5 - 0.16 * beta0,
                 rf"F at $\beta_0 = {beta0:g}$: ${fold.lam:.9f}$, ${fold.alpha1:.9f}$",
                 fontsize=look.SMALL,
                 color=colour,
@@ -62,7 +68,8 @@ def figure_4(points: int = 160) -> Figure:
     look.tidy(beside, DIFFERENCE, "", r"at equal $\alpha_1$")
     look.legend(main, loc="lower left")
     look.footnote(
-        figure, r"Curves for the three $\beta_0$ of the caption of Fig. 4; its text speaks of $\beta_0 = 0$ and 4."
+        figure,
+        r"Curves for the three $\beta_0$ of the caption of Fig. 4; its text speaks of $\beta_0 = 0$ and 4.",
     )
     return figure
 
@@ -76,7 +83,14 @@ def figure_5(points: int = 160) -> Figure:
         _diagram(main, beside, branch, f"({letter})  ")
         _insets(main, branch)
     handles, names = rows[1][0].get_legend_handles_labels()
-    look.legend(rows[0][0], handles=handles, labels=names, loc="center right", bbox_to_anchor=(1.0, 0.4))
+    look.legend(
+        rows[0][0],
+        handles=handles,
+        labels=names,
+        loc="upper right",
+        bbox_to_anchor=(1.0, 0.5),
+        labelspacing=0.25,
+    )
     look.footnote(figure, _REMARK)
     return figure
 
@@ -101,7 +115,9 @@ def _diagram(main: Axes, beside: Axes, branch: Branch, letter: str) -> None:
     """Draw a branch by its parts, (33) over it, and beside it how far (33) is off."""
     beta0 = branch.held
     assert branch.trivial is not None
-    main.plot(branch.trivial.lam, branch.trivial.alpha1, color=look.STRAIGHT, linewidth=1.2, label="straight rod")
+    main.plot(
+        branch.trivial.lam, branch.trivial.alpha1, color=look.STRAIGHT, linewidth=1.2, label="straight rod"
+    )
     folds = branch.special("LP-lambda")
     bend = folds[0].alpha1 if folds else 0.0
     parts = [
@@ -121,7 +137,7 @@ def _diagram(main: Axes, beside: Axes, branch: Branch, letter: str) -> None:
         paper = NormalForm.paper().fold(beta0)
         main.plot(fold.lam, fold.alpha1, "s", color="black", markersize=5.5, zorder=6)
         main.annotate(
-            f"F  ({fold.lam:.8f}, {fold.alpha1:.8f})\n(34): ({paper[0]:.4f}, {paper[1]:.4f})",
+            f"F  (${fold.lam:.8f}$, ${fold.alpha1:.8f}$)\n(34): (${paper[0]:.4f}$, ${paper[1]:.4f}$)",
             (fold.lam, fold.alpha1),
             xytext=(12.0, 0.0),
             textcoords="offset points",
@@ -145,7 +161,8 @@ def _diagram(main: Axes, beside: Axes, branch: Branch, letter: str) -> None:
     beside.sharey(main)
     beside.tick_params(labelleft=False)
     beside.locator_params(axis="x", nbins=3)
-    look.legend(beside, handlelength=1.8, loc="center right" if beta0 == 0.0 else "lower right")
+    where = {"loc": "center right", "bbox_to_anchor": (1.05, 0.36)} if beta0 < 9.0 else {"loc": "lower right"}
+    look.legend(beside, handlelength=1.8, **where)
 
 
 def _normal_form(branch: Branch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from ..closures import Closure
 from ..cohesion import COHESIVE
 from ..errors import NotConverged
+from ..plots import style
 from ..primary import primary_branch
 from ..question import RATIOS
 from . import look
+
+_SMALL_PRINT: dict[str, Any] = {"fontsize": look.SMALL, "color": style.RANGE, "ha": "right", "va": "bottom"}
 
 #: 1 - P_min tends to this times eta/y0.
 SMALL_SLOPE = 1.022
@@ -42,9 +47,16 @@ def figure_p_min(points: int = 90) -> Figure:
     far = ratio > 0.1
     left.loglog(ratio[far], slender(ratio[far]), label=r"$(y_0/4\eta)^{3/2}$", **look.PAPER_LINE)
     at_one = minimum_pressure(1.0)[0]
-    left.plot(1.0, at_one, "D", color="black", markersize=5)
-    left.annotate(f"{at_one:.9f}\nat $\\eta = y_0$", (1.0, at_one), (7, 1), textcoords="offset points", fontsize=look.SMALL)
-    left.axhline(0.5, color="#009E73", linewidth=0.9, linestyle=":")
+    left.plot(1.0, at_one, "D", color="black", markersize=5, zorder=6)
+    left.annotate(
+        f"{at_one:.9f}\nat $\\eta = y_0$",
+        (1.0, at_one),
+        (7, 1),
+        textcoords="offset points",
+        fontsize=look.SMALL,
+    )
+    left.axhline(0.5, color=style.RANGE, linewidth=0.9, linestyle=":")
+    left.text(ratio[-1], 0.55, "$T_0/2$: below, the tip is above $y_0$", **_SMALL_PRINT)
     look.tidy(left, r"$\eta/y_0$", r"$P_\mathrm{min} = p_\mathrm{min}/T_0$", "minimum pressure")
     look.legend(left, loc="lower left")
 
@@ -57,7 +69,9 @@ def figure_p_min(points: int = 90) -> Figure:
     look.tidy(middle, r"$\eta/y_0$", r"$1 - P_\mathrm{min}$", "its distance from $T_0$")
     look.legend(middle, loc="lower right")
 
-    right.loglog(ratio, np.abs(least / slender(ratio) - 1.0), color=look.LINEAR, label=r"of $(y_0/4\eta)^{3/2}$")
+    right.loglog(
+        ratio, np.abs(least / slender(ratio) - 1.0), color=look.LINEAR, label=r"of $(y_0/4\eta)^{3/2}$"
+    )
     right.loglog(
         ratio,
         np.abs((1.0 - least) / (SMALL_SLOPE * ratio) - 1.0),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,10 +20,17 @@ from ..rod import Rod
 from ..tracing import trace
 from . import look
 
+#: What the panels say in which (38) has nothing to do with the branch.
+_NO_SOLUTION = (
+    "No solution of (12) lies on (38) here:\nthe branch turns at $P_\\mathrm{min}$ and ends where\n"
+    "the tip touches the plate ($\\times$), with $y < y_0$."
+)
+_WARNING: dict[str, Any] = {"fontsize": look.SMALL, "color": look.PAPER}
+
 RATIOS = (0.1, 0.2, 0.5, 1.0, 2.0)
 
 #: Length up to which each panel is drawn, over the longest one that law (8) allows.
-_ROOM = 1.3
+_ROOM = 1.35
 
 
 def figure_8(points: int = 160) -> Figure:
@@ -36,8 +45,9 @@ def figure_8(points: int = 160) -> Figure:
     _as_printed(panels[5], traced)
     look.footnote(
         figure,
-        "(38) with the paper's numbers.  Law (8) and the linear law are the same while $p \\geq T_0/2$ on the way"
-        " from T; below, the tip is higher than $y_0$ and law (8) is the one to use.",
+        "(38) with the paper's numbers.  From T down to $p = T_0/2$ (dotted) the two laws are the same;"
+        " below, the tip is higher than $y_0$, where the linear law pushes.\n"
+        "The plateau $p/T_0 = 0.30$ of (41) lies on no branch.",
     )
     return figure
 
@@ -66,33 +76,43 @@ def _panel(ax: Axes, ratio: float, branch: Branch, points: int) -> None:
 
     fold = NormalForm.paper()
     ax.plot(
-        ratio * sigma[0], fold_pressure(rod, fold), "s", markersize=5, color=look.PAPER, zorder=6, label="F by (34)"
+        ratio * sigma[0],
+        fold_pressure(rod, fold),
+        "s",
+        markersize=5,
+        color=look.PAPER,
+        zorder=6,
+        label="F by (34)",
     )
-    for bend in branch.special("LP-length")[:1]:
-        if bend.pressure_ratio > 0.5 and bend.index < branch.special("LP-pressure")[0].index:
-            at = (ratio * bend.length_ratio, bend.pressure_ratio)
-            _mark(ax, at, "s", rf"$P_F = {bend.pressure_ratio:.6f}$", (7.0, 3.0))
     (least,) = branch.special("LP-pressure")
-    at = (ratio * least.length_ratio, least.pressure_ratio)
-    _mark(ax, at, "D", rf"$P_\mathrm{{min}} = {least.pressure_ratio:.6f}$", (0.0, -7.0))
-    start = branch.special("BP")[0]
-    ax.plot(ratio * start.length_ratio, 1.0, "o", color="white", markeredgecolor="black", markersize=5.5, zorder=7)
-    ax.annotate("T", (ratio * start.length_ratio, 1.0), (5, 2), textcoords="offset points", fontsize=look.SMALL)
+    bends = [b for b in branch.special("LP-length") if b.index < least.index]
+    for points_, marker, label in ((bends[:1], "s", "$P_F$"), ([least], "D", r"$P_\mathrm{min}$")):
+        for p in points_:
+            at = (ratio * p.length_ratio, p.pressure_ratio)
+            ax.plot(
+                *at, marker, color="black", markersize=5.5, markeredgecolor="white", zorder=7, label=label
+            )
+    for kind, marker in (("BP", "o"), ("contact", "X")):
+        for p in branch.special(kind):
+            ax.plot(
+                ratio * p.length_ratio,
+                1.0,
+                marker,
+                color="white",
+                markeredgecolor="black",
+                markersize=5.5,
+                zorder=7,
+            )
+            if kind == "BP":
+                ax.annotate("T", (ratio * p.length_ratio, 1.0), (5, 3), textcoords="offset points")
     ax.axhline(0.5, color=style.RANGE, linewidth=0.9, linestyle=":", zorder=1)
-    ax.set_xlim(0.88 * float(over_y0.min()), ratio * longest)
-    ax.set_ylim(-0.04, 1.06)
-    if least.pressure_ratio > 0.5:
-        ax.text(
-            0.5,
-            0.30,
-            "(38) is no solution of (12) here: its curve goes\non for ever, the rod's ends at $P_\\mathrm{min}$"
-            " and turns.\nBoth laws agree: $y < y_0$ all along.",
-            transform=ax.transAxes,
-            fontsize=look.SMALL,
-            color=look.PAPER,
-            ha="center",
-            va="top",
-        )
+    ax.set_xlim(0.85 * float(over_y0.min()), ratio * longest)
+    ax.set_ylim(-0.04, 1.07)
+    if not bends:
+        ax.text(0.97, 0.22, _NO_SOLUTION, transform=ax.transAxes, ha="right", va="top", **_WARNING)
+    found = [f"$P_F = {b.pressure_ratio:.6f}$,  " for b in bends[:1]]
+    found.append(rf"$P_\mathrm{{min}} = {least.pressure_ratio:.6f}$")
+    ax.set_title("".join(found), loc="right", fontsize=look.SMALL)
     look.tidy(ax, r"$\bar s/y_0$", r"$p/T_0$", rf"$\eta/y_0 = {ratio:g}$")
 
 
@@ -103,24 +123,17 @@ def _from_fold(rod: Rod, longest: float, points: int) -> np.ndarray:
     return np.linspace(float(sigma[known][0]), longest, 2 * points)
 
 
-def _mark(ax: Axes, at: tuple[float, float], marker: str, text: str, offset: tuple[float, float]) -> None:
-    ax.plot(*at, marker, color="black", markersize=5.5, markeredgecolor="white", zorder=7)
-    ax.annotate(
-        text,
-        at,
-        xytext=offset,
-        textcoords="offset points",
-        fontsize=look.SMALL,
-        ha="left" if offset[0] else "center",
-        va="top" if offset[1] < 0.0 else "bottom",
-    )
-
-
 def _as_printed(ax: Axes, traced: dict[float, Branch]) -> None:
     """All ratios together: law (8), and (38) in the same colour."""
     for (ratio, branch), colour in zip(traced.items(), style.family_colours(len(traced)), strict=True):
         longest = 12.0 / ratio
-        ax.plot(ratio * branch.length_ratio, branch.pressure_ratio, color=colour, linewidth=1.8, label=f"{ratio:g}")
+        ax.plot(
+            ratio * branch.length_ratio,
+            branch.pressure_ratio,
+            color=colour,
+            linewidth=1.8,
+            label=rf"$\eta/y_0 = {ratio:g}$",
+        )
         rod = Rod.from_ratio(ratio)
         sigma = _from_fold(rod, longest, 400)
         ax.plot(
@@ -133,6 +146,6 @@ def _as_printed(ax: Axes, traced: dict[float, Branch]) -> None:
     ax.set_xscale("log")
     ax.set_xlim(0.25, 12.0)
     ax.set_xticks([0.3, 1.0, 3.0, 10.0], ["0.3", "1", "3", "10"])
-    ax.set_ylim(-0.04, 1.06)
+    ax.set_ylim(-0.33, 1.06)
     look.tidy(ax, r"$\bar s/y_0$", r"$p/T_0$", "together: law (8) solid, (38) dashed")
-    look.legend(ax, title=r"$\eta/y_0$", title_fontsize=look.SMALL, loc="upper right", bbox_to_anchor=(1.0, 0.97))
+    look.legend(ax, loc="lower left", ncol=3, columnspacing=1.0, handlelength=1.6)

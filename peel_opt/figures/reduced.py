@@ -11,8 +11,12 @@ from ..plots import style
 from ..plots.potential import plot_potential
 
 
-def figure_7() -> Figure:
-    """Effective potential (35) at beta0 = 4, by the paper's coefficients and the exact ones."""
+def figure_7(points: int = 400) -> Figure:
+    """Effective potential (35) at beta0 = 4, by the paper's coefficients and the exact ones.
+
+    ``points`` is taken for the sake of the other figures; a potential is a polynomial.
+    """
+    del points
     fig = Figure(figsize=(10.0, 4.2), layout="constrained")
     forms = {"paper's coefficients": NormalForm.paper(), "exact coefficients": NormalForm.exact()}
     for ax, (name, form) in zip(fig.subplots(1, 2, sharey=True), forms.items(), strict=True):

@@ -44,13 +44,17 @@ PANELS = (
 
 def figure_10(points: int = 400) -> Figure:
     """Both shapes in units of y0, dashed where y > y0, with the printed and the computed alpha."""
-    figure = look.new_figure(9.6, 5.2)
-    for ax, printed in zip(figure.subplots(1, 2, width_ratios=(1.0, 1.25)), PANELS, strict=True):
-        _panel(ax, printed, points)
+    figure = look.new_figure(11.4, 4.7)
+    panels, notes = figure.subplots(2, 2, width_ratios=(1.9, 4.8), height_ratios=(3.2, 0.9))
+    for ax, note, printed in zip(panels, notes, PANELS, strict=True):
+        rows = _panel(ax, printed, points)
+        note.axis("off")
+        note.text(0.0, 1.0, "\n".join(rows), va="top", fontsize=look.SMALL, linespacing=1.45)
+    look.legend(panels[0], loc="upper left", bbox_to_anchor=(0.24, 1.0))
     look.footnote(
         figure,
-        "Solid and dashed: the linear law, as in the paper; it pushes where the line is dashed.  No rod under law (8)"
-        " has these shapes.",
+        "Linear law, as in the paper; where the line is dashed it pushes, and no rod under law (8) has these"
+        " shapes.  Both states have $p = T_0/4$ by (38) only.",
     )
     return figure
 
@@ -70,7 +74,7 @@ def under_law_8(printed: Printed) -> Equilibrium | None:
         return None
 
 
-def _panel(ax: Axes, printed: Printed, points: int) -> None:
+def _panel(ax: Axes, printed: Printed, points: int) -> tuple[str, ...]:
     eq = recomputed(printed)
     size = printed.beta1 / printed.beta0  # sbar/y0
     x, y = eq.x * size, eq.y * size
@@ -91,26 +95,25 @@ def _panel(ax: Axes, printed: Printed, points: int) -> None:
     ax.plot(x[0], y[0], "o", color="white", markeredgecolor=style.ROD, markersize=5.5, zorder=5)
     other = under_law_8(printed)
     if other is None:
-        verdict = "law (8): none at this length"
+        verdict = "law (8): no rod of this length"
     else:
-        ax.plot(other.x * RATIO, other.y * RATIO, color="#56B4E9", linewidth=1.8, label="law (8), same length")
+        ax.plot(
+            other.x * RATIO, other.y * RATIO, color="#56B4E9", linewidth=1.8, label="law (8), same length"
+        )
         verdict = rf"law (8): $p/T_0 = {other.pressure_ratio:.6f}$"
     ax.axhline(0.0, color=style.PLATE, linewidth=0.8, zorder=0)
     ax.axhline(1.0, color=style.RANGE, linewidth=1.0, linestyle=":", zorder=0)
     ax.annotate("$y_0$", (1.0, 1.0), xycoords=ax.get_yaxis_transform(), color=style.RANGE, va="center")
-    ax.set_aspect("equal")
-    top = float(max(y.max(), other.y.max() * RATIO if other is not None else 0.0))
-    ax.set_ylim(-0.12, 1.08 * top)
-    title = rf"({printed.letter})  $\bar s = {printed.length}\,y_0$, $\beta_0 = {printed.beta0}$, $\beta_1 = {printed.beta1}$"
+    ax.set_aspect("equal", anchor="NW")
+    ax.set_ylim(-0.1, 1.65)
+    ax.set_xlim(float(x.min()) - 0.25, max(float(x.max()) + 0.25, 0.45))
+    groups = rf"$\beta_0 = {printed.beta0}$, $\beta_1 = {printed.beta1}$"
+    title = rf"({printed.letter})  $\bar s = {printed.length}\,y_0$, {groups}"
     look.tidy(ax, "$x/y_0$", "$y/y_0$", title)
-    rows = (
-        rf"$\alpha$ by (33), printed: {printed.by_form:.2f}",
-        rf"$\alpha$ by solver, printed: {printed.by_solver:.2f}",
+    return (
+        rf"$\alpha$, (33) as printed: {printed.by_form:.2f}",
+        rf"$\alpha$, solver as printed: {printed.by_solver:.2f}",
         rf"$\alpha$ computed here: {eq.alpha:.7f}",
-        rf"so $p/T_0 = {eq.pressure_ratio:.6f}$",
+        rf"hence $p/T_0 = {eq.pressure_ratio:.6f}$",
         verdict,
     )
-    ax.text(
-        0.0, -0.30, "\n".join(rows), transform=ax.transAxes, va="top", fontsize=look.SMALL, linespacing=1.5
-    )
-    look.legend(ax, loc="upper right")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -104,16 +105,17 @@ def plot_branch(
     """
     if not len(branch):
         raise InvalidInput("this branch has no points to draw.")
+    if branch.arclength[0] > branch.arclength[-1]:
+        # In one direction always, so that dashes and numbers do not depend on how it was walked.
+        branch = branch[::-1]
     default = ("lam", "alpha1") if branch.rod is None else ("length", "pressure")
     names = (x or default[0], y or default[1])
     units = [_unit(branch, name) for name in names]
-    # In one direction always, so that dashes and numbers do not depend on how it was walked.
-    backwards = bool(branch.arclength[0] > branch.arclength[-1])
     across, up = (_column(branch, name) / unit.size for name, unit in zip(names, units, strict=True))
     ax = _own_axes() if ax is None else ax
     if names == ("lam", "alpha1") and branch.trivial is not None:
         _draw_straight(ax, branch)
-    for rows, stable, spurious in _runs(branch, backwards):
+    for rows, stable, spurious in _runs(branch):
         (line,) = ax.plot(
             across[rows],
             up[rows],
@@ -125,7 +127,7 @@ def plot_branch(
             zorder=2 if spurious else 3,
         )
         line.set_gid("spurious" if spurious else "branch")
-    _mark_points(ax, branch, across, up, backwards)
+    _mark_points(ax, branch, across, up)
     ax.set_xlabel(_axis(names[0], units[0]))
     ax.set_ylabel(_axis(names[1], units[1]))
     ax.spines[["top", "right"]].set_visible(False)
@@ -181,13 +183,13 @@ def _own_axes() -> Axes:
     return axes
 
 
-def _runs(branch: Branch, backwards: bool) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
+def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
     """Pieces of one look: their rows, whether they are stable (None if unknown) and spurious.
 
     A stretch between two points that differ takes the look of the one that is no special
     point, since there the look changes.
     """
-    rows = np.arange(len(branch))[:: -1 if backwards else 1]
+    rows = np.arange(len(branch))
     special = {p.index for p in branch.special_points}
     unstable = None if branch.index is None else branch.index != 0
     spurious = branch.spurious
@@ -200,9 +202,9 @@ def _runs(branch: Branch, backwards: bool) -> Iterator[tuple[np.ndarray, bool | 
     if len(rows) == 1:
         yield rows, *look(rows[0], rows[0])
         return
-    looks = [look(i, j) for i, j in zip(rows[:-1], rows[1:], strict=True)]
+    looks = [look(i, j) for i, j in pairwise(rows)]
     cuts = [0, *(k for k in range(1, len(looks)) if looks[k] != looks[k - 1]), len(looks)]
-    for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+    for a, b in pairwise(cuts):
         yield rows[a : b + 1], *looks[a]
 
 
@@ -230,8 +232,8 @@ def _draw_straight(ax: Axes, branch: Branch) -> None:
             _draw_mark(ax, MARKS["BP"], point.lam, 0.0)
 
 
-def _mark_points(ax: Axes, branch: Branch, across: np.ndarray, up: np.ndarray, backwards: bool) -> None:
-    points = sorted(branch.special_points, key=lambda p: p.index, reverse=backwards)
+def _mark_points(ax: Axes, branch: Branch, across: np.ndarray, up: np.ndarray) -> None:
+    points = sorted(branch.special_points, key=lambda p: p.index)
     for point, letter in zip(points, _letters(points), strict=True):
         mark = MARKS.get(point.kind, _OTHER)
         i = point.index
