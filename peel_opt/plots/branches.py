@@ -202,7 +202,7 @@ def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
     if len(rows) == 1:
         yield rows, *look(rows[0], rows[0])
         return
-    looks = [look(i, j) for i, j in pairwise(rows)]
+    looks = [look(i, j) for i, j in pairwise(rows.tolist())]
     cuts = [0, *(k for k in range(1, len(looks)) if looks[k] != looks[k - 1]), len(looks)]
     for a, b in pairwise(cuts):
         yield rows[a : b + 1], *looks[a]
