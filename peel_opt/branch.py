@@ -122,7 +122,7 @@ class Branch:
     special_points : tuple of SpecialPoint
     trivial : Trivial or None
     ended : str
-        Why the walk stopped: "contact", "window", "limit", "stalled", "interrupted".
+        Why the walk stopped: "contact", "window", "p < 0", "limit", "stalled", "slice".
     options : dict
         What the trace was asked for.
     index : ndarray or None

@@ -49,7 +49,8 @@ def trace(
     ----------
     rod : Rod, optional
         Trace the rod's primary branch, from T over all its folds until the tip touches the
-        plate.  Either this or ``beta0``.
+        plate; under the linear law, which for eta/y0 > 0.4319 has no end, until p < 0.
+        Either this or ``beta0``.
     beta0 : float, optional
         Trace the branch through T at this beta0 >= 0 in both directions; the straight rod is
         beside it as ``trivial``.
@@ -110,7 +111,7 @@ def trace(
         family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
         walks = [PrimaryBranch(family, side, mode, control, longest=20 * points) for side in sides]
         for w in walks:
-            w.extend(partial(_left_for_good, window, w) if rod is None else lambda _: False)
+            w.extend(partial(_left_for_good, window, w) if rod is None else partial(_past_zero, chosen))
         return walks
 
     options = {"lam": list(window), "mode": mode, "points": points, "tol": tol}
@@ -123,7 +124,7 @@ def trace(
         walks = walk(mesh, StepControl(largest=min(SCOUT.largest, 0.75 * length / points)))
         parts = [_finished(w, window if rod is None else None, at or {}) for w in walks]
         cut = rod is None and all(part.ended == "window" for part in parts)
-        branch = assemble(parts, rod, "window" if cut else parts[-1].ended, options)
+        branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())
         if reached <= tol:
             break
@@ -159,6 +160,11 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
     if not -PI4 <= low < high:
         raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
     return low, high
+
+
+def _past_zero(law: CohesiveLaw, last: Point) -> bool:
+    """Whether a rod's branch under the linear law has reached p < 0, where it may have no end."""
+    return law is LINEAR and last.scalars.pressure_ratio < 0.0
 
 
 def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:

@@ -190,6 +190,15 @@ def test_above_the_turn_the_branch_runs_down_to_beta1_zero() -> None:
     assert set(br.state) == {"middle", "spurious"}
 
 
+@pytest.mark.parametrize(("ratio", "ended"), [(0.3, "contact"), (1.0, "p < 0")])
+def test_a_rod_under_the_linear_law_ends_at_contact_or_where_the_pressure_vanishes(
+    ratio: float, ended: str
+) -> None:
+    br = po.trace(po.Rod.from_ratio(ratio), law="linear", points=20, tol=1e-8)
+    assert br.ended == ended
+    assert (br.pressure_ratio[-1] < 0.0) == (ended == "p < 0")
+
+
 def test_beta0_zero_is_a_pitchfork() -> None:
     br = po.trace(beta0=0, lam=(-1, 2), points=20)
     assert br.lam.min() == pytest.approx(0.0, abs=1e-10)
