@@ -90,15 +90,26 @@ def test_random_rods_and_pressures_certify_and_invert() -> None:
 @pytest.mark.slow
 def test_random_rods_and_pressures_by_the_nlp() -> None:
     rng = np.random.default_rng(7)
+    refused = []
+
+    def answered(ratio: float, P: float, method: str) -> po.Equilibrium:
+        try:
+            return po.length_given_pressure(po.Rod.from_ratio(ratio), P, method=method)
+        except po.NotCertified as refusal:
+            found = refusal.candidates[0]
+            refused.append((ratio, P, method, found.stats.condition))
+            return found
+
     for _ in range(200):
         ratio = math.exp(rng.uniform(math.log(0.006), math.log(2900.0)))
         least = least_pressure(ratio)
         P = math.exp(rng.uniform(math.log(min(1.02 * least, 0.5 * (1 + least))), math.log(0.999)))
-        rod = po.Rod.from_ratio(ratio)
-        # Near the least pressure of stiff rods the question magnifies rounding up to 1e6 times.
-        nlp = po.length_given_pressure(rod, P, method="shooting", tol=1e-6)
-        spectral = po.length_given_pressure(rod, P, method="spectral")
+        nlp, spectral = (answered(ratio, P, method) for method in ("shooting", "spectral"))
         assert abs(nlp.length_ratio - spectral.length_ratio) <= nlp.error + spectral.error, (ratio, P)
+    # p/T0 is held as its distance from 1: for very stiff rods at p/T0 ~ 1e-5 that costs digits, and
+    # 1e-8 may be refused; nowhere else, and what was found must still agree within its error.
+    assert all(ratio > 100.0 and condition > 1e5 for ratio, _, _, condition in refused), refused
+    assert len(refused) <= 12, refused
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 2.0, 30.0])
