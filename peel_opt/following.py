@@ -124,6 +124,7 @@ def follow(
     steps: int = 100,
     until: Callable[[Scalars], bool] | None = None,
     at: dict[str, Sequence[float]] | None = None,
+    tol: float = 1e-6,
     **options: Any,
 ) -> Branch:
     """Follow a curve of equilibria for some steps, or until a condition is met.
@@ -138,6 +139,13 @@ def follow(
         Stop after the first point where it is true of the scalars.
     at : dict, optional
         Values at which points must lie exactly.
+    tol : float
+        Largest error of a point, in the metric of the arclength.
+
+    Raises
+    ------
+    NotConverged
+        If a point is less accurate than that; a `Walk` keeps all points and says their errors.
 
     Returns
     -------
@@ -148,7 +156,13 @@ def follow(
     for count, scalars in enumerate(walk):
         if count >= steps or (until is not None and count > 0 and until(scalars)):
             break
-    return walk.branch(at)
+    branch = walk.branch(at)
+    if branch.error.max() > tol:
+        raise NotConverged(
+            f"the branch is accurate to {branch.error.max():.1e} only, asked for {tol:.1e}.",
+            remedy="Give fewer steps, or a finer mesh: transcription=Spectral(nodes=48).",
+        )
+    return branch
 
 
 def held_at(s: Scalars, hold: str) -> float:

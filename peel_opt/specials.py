@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from .continuation import FOLD_WIDTH, Family, Point
 from .phases import heights_with_extrema
+from .shape import sample_shape
 
 #: A function of a point that changes sign at a special point.
 Monitor = Callable[[Point], float]
@@ -36,12 +37,23 @@ def highest_excess(point: Point) -> float:
     return max(-float(around.fun), float(u[top])) - 1.0
 
 
+def apart(point: Point) -> float:
+    """1 while the rod does not cross itself, -1 where it does."""
+    theta = point.scalars.A * point.profile.values[:, :, 0]
+    turned = float(np.ptp(theta)) > np.pi  # it takes more than half a turn
+    return -1.0 if turned and sample_shape(point.problem, point.x).crosses_itself() else 1.0
+
+
 #: Monitors by kind of special point.  Two monitors may share a kind.
 PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.pressure_rate)
 LENGTH: tuple[str, Monitor] = ("LP-length", lambda p: p.turn.sigma)
 LAMBDA: tuple[str, Monitor] = ("LP-lambda", lambda p: p.turn.lam)
 RATIO: tuple[str, Monitor] = ("LP-ratio", lambda p: p.turn.ratio)
-RANGE: tuple[tuple[str, Monitor], ...] = (("y=y0", tip_excess), ("y=y0", highest_excess))
+RANGE: tuple[tuple[str, Monitor], ...] = (
+    ("y=y0", tip_excess),
+    ("y=y0", highest_excess),
+    ("self-contact", apart),
+)
 TIP: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
 
 #: The folds of a family, by the closure that stays fixed along it.

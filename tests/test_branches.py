@@ -250,6 +250,22 @@ def test_any_quantity_can_be_held(hold: str) -> None:
     assert br.error.max() < 1e-9
 
 
+def test_where_a_rod_meets_itself_is_located() -> None:
+    crossed = next(eq for eq in po.equilibria(beta0=53.16, beta1=113.1) if "self-contact" in eq.flags)
+    br = po.follow(crossed, hold="beta0", steps=8, direction=-1, transcription=po.Spectral(nodes=40))
+    (where,) = br.special("self-contact")
+    assert where.status == "located"
+    assert where.pressure_ratio == pytest.approx(1.15501, abs=1e-4)
+    assert "self-contact" in br[where.index - 1].flags
+    assert "self-contact" not in br[where.index + 1].flags
+
+
+def test_a_curve_less_accurate_than_asked_for_is_refused() -> None:
+    crossed = next(eq for eq in po.equilibria(beta0=53.16, beta1=113.1) if "self-contact" in eq.flags)
+    with pytest.raises(po.NotConverged, match="accurate to"):
+        po.follow(crossed, hold="beta0", steps=25, direction=-1)
+
+
 def test_what_cannot_be_walked() -> None:
     start = po.equilibrium(beta0=4, lam=1.0)
     with pytest.raises(po.InvalidInput, match="hold"):
