@@ -26,7 +26,8 @@ class SpecialPoint:
     ----------
     kind : str
         "BP" (branch point of the straight rod), "LP-lambda", "LP-length", "LP-pressure" (folds),
-        "y=y0" (the rod reaches the end of the bond), "contact" (the tip touches the plate), "self-contact" (the rod meets itself).
+        "y=y0" (the rod reaches the end of the bond), "contact" (the tip touches the plate),
+        "self-contact" (the rod meets itself).
     status : {"located", "bracketed", "exact"}
     bracket : tuple of float
         Arclengths between which it lies.
