@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from . import __version__, cli_curves
+from . import __version__, cli_curves, cli_explore, cli_measurements, cli_precision, cli_sweeps
 from .cli_common import (
     FAILED,
     INTERRUPTED,
@@ -164,5 +164,6 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--state", help="unfolded, middle, lower or folded")
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
         common(sub)
-    cli_curves.add_commands(command)
+    for module in (cli_curves, cli_measurements, cli_sweeps, cli_precision, cli_explore):
+        module.add_commands(command)
     return parser

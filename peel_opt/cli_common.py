@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from .errors import InvalidInput
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from .rod import Rod
 
 OK, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+#: Adds a command: name, what it does, function.
+AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
 
 def rod_options(sub: argparse.ArgumentParser) -> None:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any
 
-from .cli_common import OK, has_rod, rod_from, rod_options, say, tolerance
+from .cli_common import OK, AddCommand, has_rod, rod_from, rod_options, say, tolerance
 from .errors import InvalidInput
-
-#: Adds a command: name, what it does, function.
-AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
 
 def add_commands(command: AddCommand) -> None:
