@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from .answer import Answer
+from .arclength import chart
 from .branch import Branch, Solutions, SpecialPoint
 from .certify import first_integral_defect, report
-from .closures import Closure
+from .closures import Closure, Plane
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw, exponential
-from .continuation import Family, Point, chart
+from .continuation import Family, Point
 from .elastica import Scalars
 from .errors import InvalidInput
 from .result import Equilibrium, Stats
@@ -84,18 +85,12 @@ def point_errors(family: Family, points: Sequence[Point]) -> np.ndarray:
     finer = replace(family, transcription=family.transcription.refined())
     errors = []
     for point in points:
-        origin, gradient = chart(point.x[-4:])
-        direction = gradient @ point.tangent[-4:]
-
-        def plane(
-            s: np.ndarray, origin: np.ndarray = origin, direction: np.ndarray = direction
-        ) -> tuple[np.ndarray, np.ndarray]:
-            value, slope = chart(s)
-            return np.array([direction @ (value - origin)]), (direction @ slope)[None, :]
-
+        plane = Plane.across(point.x[-4:], point.direction)
         is_contact = point.scalars.m == 0.0
         found = finer.contact(point.profile) if is_contact else finer.solve(point.profile, plane)
-        gap = math.inf if found is None else float(np.linalg.norm(chart(found[1].x[-4:])[0] - origin))
+        gap = math.inf
+        if found is not None:
+            gap = float(np.linalg.norm(chart(found[1].x[-4:])[0] - chart(point.x[-4:])[0]))
         errors.append(gap * (1.0 + 1.0 / family.transcription.sure_gain))
     return np.array(errors)
 

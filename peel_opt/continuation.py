@@ -1,11 +1,7 @@
 """Pseudo-arclength continuation on the discretised (12).
 
-The family is the residual of (12) with one closure (a rod's ratio, or beta0): a curve.
-Length along it is measured in the scalars only,
-
-    d(length)^2 = |d(A, alpha1/(1+beta0), asinh(lambda/pi^4), asinh(sigma))|^2,
-
-so that it depends neither on the mesh nor on the method nor on the phases.
+The family is the residual of (12) with one closure (a rod's ratio, or beta0): a curve, whose
+length is measured as `arclength` says.
 """
 
 from __future__ import annotations
@@ -15,44 +11,22 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
 from . import closures
-from .closures import Closure
+from .arclength import chart
+from .closures import Closing, Closure, Plane
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars, kernel
-from .newton import Correction, Rows, contact_tangent, correct, correct_contact, determinant_sign, factorised
+from .newton import Correction, contact_tangent, correct, correct_contact, factorised
 from .phases import layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
-from .transcription.compiled import Compiled
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
 
 #: Width of the bracket below which no landing is tried any more.
 LANDING_WIDTH = 1e-9
-
-
-def _chart_function() -> ca.Function:
-    s = ca.SX.sym("s", 4)
-    scalars = Scalars(*ca.vertsplit(s))
-    chart = ca.vertcat(
-        scalars.A,
-        scalars.alpha1 / (1.0 + scalars.beta0),
-        ca.asinh(scalars.lam / PI4),
-        ca.asinh(scalars.sigma),
-    )
-    return ca.Function("chart", [s], [chart, ca.densify(ca.jacobian(chart, s))])
-
-
-_CHART = Compiled(_chart_function())
-
-
-def chart(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates in which the length of a branch is measured, and their gradient."""
-    value, gradient = _CHART(scalars)
-    return value, gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +64,11 @@ class Point:
         """Derivatives of the four scalars along the branch."""
         return self.problem.scalars(self.tangent)
 
+    @cached_property
+    def direction(self) -> np.ndarray:
+        """Unit tangent in the coordinates of the arclength, shape (4,)."""
+        return chart(self.x[-4:])[1] @ self.tangent[-4:]
+
     @property
     def pressure_rate(self) -> float:
         """Derivative of P along the branch, up to a positive factor; zero at a fold in pressure."""
@@ -126,14 +105,9 @@ class Family:
     closure: Closure
     tip_free: bool = True
 
-    def solve(self, profile: Profile, other: Closure | Rows) -> tuple[Discretisation, Correction] | None:
+    def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
         """Correct from a profile; None on failure."""
-        border: Rows | tuple[Closure, ...]
-        if isinstance(other, Closure):
-            border = (self.closure, other)
-        else:
-            border = _stacked(closures.rows(self.closure), other)
-        return self._fitted(profile, lambda problem, x: correct(problem, x, border))
+        return self._fitted(profile, lambda problem, x: correct(problem, x, (self.closure, other)))
 
     def contact(self, profile: Profile) -> tuple[Discretisation, Correction] | None:
         """Solve for the state whose tip touches the plate; None on failure."""
@@ -196,35 +170,28 @@ class Family:
         border = np.vstack([family, forward @ gradient])
         right = np.zeros(problem.size)
         right[-1] = 1.0
-        tangent = factorised(jacobian, border)(right)
+        factors = factorised(jacobian, border)
+        tangent = factors.solve(right)
         unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-        return Point(problem, x, unit, arclength, iterations, determinant_sign(jacobian, border))
+        return Point(problem, x, unit, arclength, iterations, factors.sign())
 
     def step(self, here: Point, ds: float) -> Point | None:
         """Advance by ``ds`` along the tangent; None if the corrector fails."""
-        origin, gradient = chart(here.x[-4:])
-        direction = gradient @ here.tangent[-4:]
-
-        def plane(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            value, slope = chart(scalars)
-            return np.array([direction @ (value - origin) - ds]), (direction @ slope)[None, :]
-
-        guess = here.x + ds * here.tangent
-        border = _stacked(closures.rows(self.closure), plane)
+        plane = Plane.across(here.x[-4:], here.direction, ds)
         problem = here.problem
-        result = correct(problem, guess, border)
+        result = correct(problem, here.x + ds * here.tangent, (self.closure, plane))
         if not result.converged:
-            return self._merge_step(here, plane, direction, ds)
+            return self._merge_step(here, plane, ds)
         profile = problem.profile(result.x)
         if np.any(profile.lengths <= 0) or layout(self.law, profile).phases != problem.phases:
             again = self.solve(profile, plane)
             if again is None:
                 return None
             problem, result = again
-        there = self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+        there = self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
         return None if _crossed_over(here, there) else there
 
-    def _merge_step(self, here: Point, plane: Rows, direction: np.ndarray, ds: float) -> Point | None:
+    def _merge_step(self, here: Point, plane: Plane, ds: float) -> Point | None:
         """Step over the end of an inner phase.
 
         The height grazes a kink there: the length of the phase goes to zero with a square
@@ -235,7 +202,7 @@ class Family:
         if again is None:
             return None
         problem, result = again
-        return self.point(problem, result.x, direction, here.arclength + ds, result.iterations)
+        return self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
 
     def walk(self, start: Point, control: StepControl | None = None) -> Iterator[Point]:
         """Yield points from ``start`` on, until the step falls below its floor."""
@@ -244,18 +211,13 @@ class Family:
         yield here
         while ds > control.smallest:
             there = self.step(here, ds)
-            if there is None or self._cosine(here, there) < control.turn:
+            if there is None or here.direction @ there.direction < control.turn:
                 ds *= 0.5
                 continue
             if there.iterations <= control.quick:
                 ds = min(1.6 * ds, control.largest)
             here = there
             yield here
-
-    @staticmethod
-    def _cosine(here: Point, there: Point) -> float:
-        a, b = (chart(p.x[-4:])[1] @ p.tangent[-4:] for p in (here, there))
-        return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
     def land(self, here: Point, there: Point, other: Closure) -> tuple[Discretisation, Correction] | None:
         """Solve between two neighbouring points for a closure that changes sign between them.
@@ -327,14 +289,6 @@ def _crossed_over(here: Point, there: Point) -> bool:
     return here.orientation * there.orientation < 0
 
 
-def _stacked(*parts: Rows) -> Rows:
-    def evaluate(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, gradients = zip(*(part(scalars) for part in parts), strict=True)
-        return np.concatenate(values), np.vstack(gradients)
-
-    return evaluate
-
-
 def transition(family: Family, mode: int = 1) -> Point:
     """Return the start of a detached branch, where a mode (16) leaves the straight rod.
 
@@ -352,7 +306,6 @@ def transition(family: Family, mode: int = 1) -> Point:
     small = 0.0 if isinstance(family.law.pieces[0].drop, Affine) else 1e-4
     profile = Profile(np.ones(1), values[None], Scalars(small, float(fields["m"]), sigma, lam))
     problem = family.transcription.discretise(family.law.pieces[:1])
-    border = closures.rows(family.closure, Closure("amplitude", small))
-    result = correct(problem, problem.pack(profile), border)
+    result = correct(problem, problem.pack(profile), (family.closure, Closure("amplitude", small)))
     result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

@@ -19,10 +19,11 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
+from .arclength import chart
 from .checks import positive
 from .closures import Closure
 from .cohesion import LINEAR
-from .continuation import FOLD_WIDTH, StepControl, chart
+from .continuation import FOLD_WIDTH, StepControl
 from .elastica import PI4
 from .errors import InvalidInput, NotConverged
 from .newton import newton

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from .arclength import chart
 from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_of
 from .branch import Branch
 from .checks import finite
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point, StepControl, chart
+from .continuation import Family, Point, StepControl
 from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
 from .result import Equilibrium

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
-from .closures import EQUATIONS, Closure
+from .closures import Closing, equations, parameters, symbols
 from .elastica import Scalars
 from .transcription.base import Discretisation
 from .transcription.compiled import DENSE_LIMIT, Compiled, Pattern
@@ -37,6 +37,14 @@ CONTRACTION = 0.1
 
 
 @dataclass(frozen=True, eq=False)
+class Factors:
+    """A factorised square matrix: solves with it, and tells the sign of its determinant."""
+
+    solve: Solver
+    sign: Callable[[], int]
+
+
+@dataclass(frozen=True, eq=False)
 class Correction:
     """Outcome of a Newton correction.
 
@@ -49,11 +57,11 @@ class Correction:
     iterations: int
     step: float
     update: np.ndarray
-    solve: Callable[[np.ndarray], np.ndarray] | None
+    solve: Solver | None
 
 
-def factorised(jacobian: object, border: np.ndarray) -> Solver:
-    """Return the solver of the square system [jacobian; border on the four scalars].
+def factorised(jacobian: object, border: np.ndarray) -> Factors:
+    """Factorise the square system [jacobian; border on the four scalars].
 
     The Jacobian may be a NumPy array, a SciPy matrix or a CasADi one.
     """
@@ -64,27 +72,49 @@ def factorised(jacobian: object, border: np.ndarray) -> Solver:
         matrix = np.zeros((n, n), order="F")
         matrix[: n - len(border)] = jacobian
         matrix[n - len(border) :, -4:] = border
-        return _dense_solver(matrix)
+        return _dense_factors(matrix)
     rows = sp.csc_matrix(np.pad(border, ((0, 0), (n - 4, 0))))
-    return splu(sp.vstack([jacobian, rows]).tocsc()).solve
+    return _sparse_factors(sp.vstack([jacobian, rows]).tocsc())
 
 
-def determinant_sign(jacobian: object, border: np.ndarray) -> int:
-    """Sign of the determinant of the square system [jacobian; border on the four scalars]."""
-    full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()  # type: ignore[attr-defined]
-    rows = np.pad(border, ((0, 0), (full.shape[1] - border.shape[1], 0)))
-    return int(np.linalg.slogdet(np.vstack([full, rows]))[0])
-
-
-def _dense_solver(matrix: np.ndarray) -> Solver:
+def _dense_factors(matrix: np.ndarray) -> Factors:
     """Factorise a matrix that nobody needs any more; SciPy's own wrappers cost more than a small solve."""
     factors, pivots, info = dgetrf(matrix, overwrite_a=True)
     if info != 0:
         raise np.linalg.LinAlgError("singular Jacobian")
-    return lambda b: dgetrs(factors, pivots, b)[0]
+
+    def sign() -> int:
+        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
+        negative = np.count_nonzero(factors.diagonal() < 0.0)
+        return -1 if (swaps + negative) % 2 else 1
+
+    return Factors(lambda b: dgetrs(factors, pivots, b)[0], sign)
 
 
-def correct(problem: Discretisation, x: np.ndarray, rows: Rows | Sequence[Closure]) -> Correction:
+def _sparse_factors(matrix: sp.csc_matrix) -> Factors:
+    factors = splu(matrix)
+
+    def sign() -> int:
+        negative = np.count_nonzero(factors.U.diagonal() < 0.0)
+        odd = _is_odd(factors.perm_r) ^ _is_odd(factors.perm_c)
+        return -1 if (negative + odd) % 2 else 1
+
+    return Factors(factors.solve, sign)
+
+
+def _is_odd(permutation: np.ndarray) -> bool:
+    """Whether a permutation takes an odd number of swaps."""
+    order, seen, odd = permutation.tolist(), set(), False
+    for start in range(len(order)):
+        here = start
+        while order[here] not in seen:
+            seen.add(order[here])
+            odd ^= order[here] != start
+            here = order[here]
+    return odd
+
+
+def correct(problem: Discretisation, x: np.ndarray, rows: Rows | Sequence[Closing]) -> Correction:
     """Solve R(x) = 0 together with ``rows`` from the guess ``x``.
 
     Parameters
@@ -100,19 +130,19 @@ def correct(problem: Discretisation, x: np.ndarray, rows: Rows | Sequence[Closur
         ``converged`` is False if the updates did not shrink; nothing is raised.
     """
     if not callable(rows):
-        closed = _closed(problem, tuple(closure.kind for closure in rows))
-        values = np.array([closure.value for closure in rows])
+        closed = closed_system(problem, tuple(closure.kind for closure in rows))
+        given = parameters(rows)
         return newton(
-            lambda x: closed.linearise(x, values),
+            lambda x: closed.linearise(x, given),
             x,
             _block_scale(problem, x),
-            equations=lambda x: closed.equations(x, values)[0],
+            equations=lambda x: closed.equations(x, given)[0],
         )
 
     def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
         residual, jacobian = problem.linearise(x)
         values, border = rows(x[-4:])
-        return np.concatenate([residual, values]), lambda: factorised(jacobian, border)
+        return np.concatenate([residual, values]), lambda: factorised(jacobian, border).solve
 
     def equations(x: np.ndarray) -> np.ndarray:
         return np.concatenate([problem.residual(x), rows(x[-4:])[0]])
@@ -121,35 +151,38 @@ def correct(problem: Discretisation, x: np.ndarray, rows: Rows | Sequence[Closur
 
 
 @dataclass(frozen=True, eq=False)
-class _Closed:
+class ClosedSystem:
     """The residual and the closures of a question, compiled into one square system."""
 
     equations: Compiled
     system: Compiled
     pattern: Pattern | None
 
-    def linearise(self, x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
-        equations, jacobian = self.system(x, values)
+    def linearise(self, x: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
+        """Return the equations, and the means to factorise their Jacobian."""
+        equations, jacobian = self.system(x, given)
         if self.pattern is None:
-            return equations, lambda: _dense_solver(jacobian)
+            return equations, lambda: _dense_factors(jacobian).solve
         matrix = self.pattern.matrix(jacobian)
-        return equations, lambda: splu(matrix).solve
+        return equations, lambda: _sparse_factors(matrix).solve
 
 
 @lru_cache(maxsize=256)
-def _closed(problem: Discretisation, kinds: tuple[str, ...]) -> _Closed:
-    x, given = problem.x, ca.MX.sym("given", len(kinds))
-    scalars = Scalars(*ca.vertsplit(x[-4:]))
-    values = ca.vertcat(*(EQUATIONS[kind](scalars, given[i]) for i, kind in enumerate(kinds)))
+def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
+    """Compile a discretised problem with closures of these kinds; remembered by structure."""
+    s, numbers = ca.SX.sym("s", 4), symbols(kinds)
+    closing = ca.Function("closing", [s, numbers], [equations(kinds, Scalars(*ca.vertsplit(s)), numbers)])
+    x, given = problem.x, ca.MX.sym("given", numbers.numel())
+    values = closing(x[-4:], given)
     residual, jacobian = problem.linearised(x)
     jacobian = ca.vertcat(jacobian, ca.jacobian(values, x))
     dense = problem.size <= DENSE_LIMIT
     if dense:
         jacobian = ca.densify(jacobian)
     system = ca.Function("system", [x, given], [ca.vertcat(residual, values), jacobian])
-    equations = ca.Function("equations", [x, given], [ca.vertcat(problem.expression, values)])
+    together = ca.Function("together", [x, given], [ca.vertcat(problem.expression, values)])
     pattern = None if dense else Pattern.of(system.sparsity_out(1))
-    return _Closed(Compiled(equations), Compiled(system), pattern)
+    return ClosedSystem(Compiled(together), Compiled(system), pattern)
 
 
 def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
@@ -170,7 +203,7 @@ def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Corre
         extra[-1, -3] = 1.0
         matrix = np.vstack([jacobian[keep], tip_gradient, extra])
         equations = np.concatenate([residual[keep].ravel(), tip.ravel(), values, x[-3:-2]])
-        return equations, lambda: _dense_solver(matrix)
+        return equations, lambda: _dense_factors(matrix).solve
 
     return newton(linearise, x, _block_scale(problem, x))
 

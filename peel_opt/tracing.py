@@ -10,12 +10,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from .arclength import chart
 from .assembly import HOLDS, Part, assemble, closure_for, describe, point_errors
 from .branch import Branch, Trivial
 from .checks import finite, non_negative, positive
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point, StepControl, chart
+from .continuation import Family, Point, StepControl
 from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
 from .primary import PrimaryBranch
@@ -234,9 +235,10 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
                 )
             problem, result = landed
             share = np.linalg.norm(chart(result.x[-4:])[0] - chart(here.x[-4:])[0])
-            forward = chart(here.x[-4:])[1] @ here.tangent[-4:]
             found.append(
-                family.point(problem, result.x, forward, here.arclength + float(share), result.iterations)
+                family.point(
+                    problem, result.x, here.direction, here.arclength + float(share), result.iterations
+                )
             )
     return found
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.arclength import chart
 from peel_opt.closures import Closure
 from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.continuation import Family, StepControl, chart, transition
+from peel_opt.continuation import Family, StepControl, transition
 from peel_opt.primary import PrimaryBranch
 from peel_opt.transcription import Shooting, Spectral
 
