@@ -8,7 +8,9 @@ numbers does through the condition of the question.
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,7 +25,7 @@ from .errors import InvalidInput, NotConverged
 from .newton import Correction, correct
 from .nlp import Ipopt
 from .result import Stats
-from .rounding import rounding
+from .rounding import rounding, scalar_gradient
 from .transcription import Collocation, Shooting, Spectral
 from .transcription.base import Discretisation, Phases, Profile, Transcription
 
@@ -182,13 +184,15 @@ def _on_meshes(
     began = time.perf_counter()
     read = ANSWERS[asked]
     coarse = _first_solve(method, phases, profile, given)
-    iterations = coarse.iterations
+    iterations, evaluations = coarse.iterations, coarse.evaluations
     refinements, before = 0, 0.0
     while True:
         refinements += 1
         fine = _newton_solve(coarse.transcription.refined(), phases, coarse.profile, given)
         iterations += fine.iterations
-        difference = abs(read(fine.scalars) - read(coarse.scalars))
+        evaluations += fine.evaluations + 1  # one more to bound the rounding
+        # No refinement gains more than the order: a smaller difference is luck.
+        difference = max(_difference(read, coarse, fine), before / coarse.transcription.most_gain)
         chosen = fine if method.adaptive else coarse
         gain = _gain(coarse.transcription.sure_gain, difference, before)
         error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain)
@@ -202,11 +206,26 @@ def _on_meshes(
         method=repr(chosen.transcription),
         seconds=time.perf_counter() - began,
         iterations=iterations,
+        evaluations=evaluations,
         unknowns=fine.problem.size,
         refinements=refinements,
         condition=condition,
     )
     return Answer(chosen.problem, chosen.correction.x, error + noise, stats)
+
+
+def _difference(read: Callable[[Scalars], float], coarse: _Solved, fine: _Solved) -> float:
+    """Return how far two meshes are apart in the answer.
+
+    Where the order is fixed, changes of the scalars are not let cancel: alpha1 = m A may agree by
+    chance on two meshes that differ a hundred times more in m and in A.
+    """
+    plain = abs(read(fine.scalars) - read(coarse.scalars))
+    if math.isinf(coarse.transcription.most_gain):
+        return plain
+    x = fine.correction.x[-4:]
+    apart = np.abs(x - coarse.correction.x[-4:])
+    return max(plain, float(np.abs(scalar_gradient(read, x)) @ apart))
 
 
 def _gain(sure: float, difference: float, before: float) -> float:
@@ -227,6 +246,7 @@ class _Solved:
     problem: Discretisation
     correction: Correction
     iterations: int
+    evaluations: int
 
     @property
     def scalars(self) -> Scalars:
@@ -251,7 +271,9 @@ def _first_solve(method: Method, phases: Phases, profile: Profile, given: tuple[
             remedy="Try a finer mesh, or method='spectral'.",
         )
     correction = _corrected(problem, programme.x, given)
-    return _Solved(method.transcription, problem, correction, programme.iterations + correction.iterations)
+    iterations = programme.iterations + correction.iterations
+    evaluations = programme.evaluations + correction.iterations
+    return _Solved(method.transcription, problem, correction, iterations, evaluations)
 
 
 def _newton_solve(
@@ -259,7 +281,8 @@ def _newton_solve(
 ) -> _Solved:
     problem = transcription.discretise(phases)
     correction = _corrected(problem, problem.pack(profile), given)
-    return _Solved(transcription, problem, correction, correction.iterations)
+    # Each iteration evaluates the equations once.
+    return _Solved(transcription, problem, correction, correction.iterations, correction.iterations)
 
 
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...]) -> Correction:

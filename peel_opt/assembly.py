@@ -5,20 +5,22 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .answer import Answer
-from .arclength import chart
-from .branch import Branch, Solutions, SpecialPoint
+from .batches import point_errors
+from .branch import Branch
+from .branch_parts import Solutions, SpecialPoint
 from .certify import first_integral_defect, report
-from .closures import Closure, Plane
-from .cohesion import COHESIVE, LINEAR, CohesiveLaw, exponential
+from .closures import Closure
+from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, Point
 from .elastica import Scalars
 from .errors import InvalidInput
+from .named_laws import exponential
 from .result import Equilibrium, Stats
 from .rod import Rod
 from .specials import Located
@@ -72,27 +74,14 @@ def closure_for(hold: str, value: float) -> Closure:
 def held_value(closure: Closure, hold: str) -> float:
     """Return the value of the held quantity, by its public name."""
     if hold == "beta0":
-        return closure.value**3
+        return _shortest_cube(closure.value)
     return -closure.value if hold == "tip_angle" else closure.value
 
 
-def point_errors(family: Family, points: Sequence[Point]) -> np.ndarray:
-    """Distance of each point from the branch of the refined mesh, along its normal plane.
-
-    In the metric of the arclength; of the coarser solution, so not an underestimate while
-    refinement helps at all.
-    """
-    finer = replace(family, transcription=family.transcription.refined())
-    errors = []
-    for point in points:
-        plane = Plane.across(point.x[-4:], point.direction)
-        is_contact = point.scalars.m == 0.0
-        found = finer.contact(point.profile) if is_contact else finer.solve(point.profile, plane)
-        gap = math.inf
-        if found is not None:
-            gap = float(np.linalg.norm(chart(found[1].x[-4:])[0] - chart(point.x[-4:])[0]))
-        errors.append(gap * (1.0 + 1.0 / family.transcription.sure_gain))
-    return np.array(errors)
+def _shortest_cube(root: float) -> float:
+    """Return the shortest number with this cube root: 4, not 4.000000000000001."""
+    rounded = (float(f"{root**3:.{digits}g}") for digits in range(1, 17))
+    return next((value for value in rounded if math.cbrt(value) == root), root**3)
 
 
 def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
@@ -117,7 +106,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
         rod=rod,
         **_columns(points, family.law),
         arclength=np.array([part.sign * p.arclength for part, p in ordered]),
-        error=point_errors(family, points),
+        error=point_errors(family, points).total,
         state=np.array([part.label(p.arclength) for part, p in ordered]),
         special_points=_special_points(parts, ordered),
         ended=ended,
@@ -202,6 +191,14 @@ def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
     pieces = law_of(branch).pieces
     phases = tuple(pieces[int(digit)] for digit in branch.solutions.phases[i])
     return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
+
+
+def walked(branch: Branch) -> list[Point]:
+    """Return the points of a branch as those of a walk."""
+    pairs = [discretised(branch, i) for i in range(len(branch))]
+    assert branch.solutions is not None
+    together = zip(pairs, branch.solutions.tangents, branch.arclength.tolist(), strict=True)
+    return [Point(problem, x, tangent, arclength, 0) for (problem, x), tangent, arclength in together]
 
 
 def transcription_from(text: str) -> Transcription:

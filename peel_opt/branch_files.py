@@ -7,9 +7,6 @@ take it up again.
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields
 from itertools import pairwise
@@ -18,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from .branch import COLUMNS, Branch, Solutions, SpecialPoint, Trivial
-from .errors import InvalidInput
-from .files import atomic_write, read_file, require_schema, unpack
+from .branch import COLUMNS, Branch
+from .branch_parts import Solutions, SpecialPoint, Trivial
+from .files import read_file, require_schema, save_arrays, unpack, write_csv
 from .storage import Units, rod_from
 
 SCHEMA = "peel_opt branch"
@@ -67,8 +64,7 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
         arrays["phases"] = np.array(branch.solutions.phases, dtype=str)
         for name in ("unknowns", "tangents"):
             arrays |= _packed(name, getattr(branch.solutions, name))
-    text = _as_json(_head(branch))
-    return atomic_write(path, lambda file: np.savez_compressed(file, metadata=np.array(text), **arrays))
+    return save_arrays(path, _head(branch), arrays)
 
 
 def load_branch(path: str | Path) -> Branch:
@@ -100,14 +96,8 @@ def write_branch_csv(branch: Branch, path: str | Path) -> Path:
     """
     head = _head(branch)
     points = head.pop("special_points")
-    text = io.StringIO()
-    text.writelines(f"# {key} = {_as_json(value)}\n" for key, value in head.items())
-    text.writelines(f"# special point = {_as_json(point)}\n" for point in points)
-    columns = _csv_columns(branch)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    return atomic_write(path, lambda file: file.write(text.getvalue().encode()))
+    lines = [*head.items(), *(("special point", point) for point in points)]
+    return write_csv(path, lines, _csv_columns(branch))
 
 
 def _csv_columns(branch: Branch) -> dict[str, np.ndarray]:
@@ -136,20 +126,6 @@ def _head(branch: Branch) -> dict[str, Any]:
     if branch.trivial is not None:
         head["trivial.special_points"] = [asdict(point) for point in branch.trivial.special_points]
     return head
-
-
-def _as_json(value: Any) -> str:
-    """Return a value as one line of ASCII that gives the same bits when it is read."""
-
-    def plain(item: Any) -> Any:
-        if isinstance(item, np.generic | np.ndarray):
-            return item.tolist()
-        raise InvalidInput(
-            f"cannot store {item!r}, which is no number, text, list or table of such.",
-            remedy="Keep only plain values among the options of a branch.",
-        )
-
-    return json.dumps(value, default=plain)
 
 
 def _packed(name: str, parts: Sequence[np.ndarray]) -> dict[str, np.ndarray]:

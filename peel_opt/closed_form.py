@@ -110,6 +110,7 @@ def closed_form(
         method=f"series(order={order})",
         seconds=time.perf_counter() - began,
         iterations=root.iterations,
+        evaluations=root.iterations,
         unknowns=1,
         condition=root.condition,
     )

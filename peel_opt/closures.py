@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from .arclength import chart, coordinates
+from .arclength import coordinates
 from .elastica import PI4, Scalars
 from .transcription.compiled import Compiled
 
@@ -58,10 +58,9 @@ class Plane:
     kind: ClassVar[str] = "plane"
 
     @classmethod
-    def across(cls, scalars: np.ndarray, direction: np.ndarray, distance: float = 0.0) -> Self:
-        """Return the plane normal to the unit vector ``direction``, at a distance from a point."""
-        origin, _ = chart(scalars)
-        return cls(float(direction @ origin) + distance, tuple(direction.tolist()))
+    def across(cls, place: np.ndarray, direction: np.ndarray, distance: float = 0.0) -> Self:
+        """Return the plane normal to the unit vector ``direction``, at a distance from a place."""
+        return cls(float(direction @ place) + distance, tuple(direction.tolist()))
 
     @property
     def parameters(self) -> tuple[float, ...]:

@@ -19,8 +19,12 @@ from .closures import Closing, Closure, Plane
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars, kernel
 from .newton import Correction, contact_tangent, correct, correct_contact, factorised
-from .phases import layout, without_empty_phases, without_thinnest_inner_phase
+from .phases import fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
+
+#: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
+#: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
+FAR = 10.0
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
@@ -54,20 +58,30 @@ class Point:
     iterations: int
     orientation: int = 0
 
-    @property
+    @cached_property
     def scalars(self) -> Scalars:
         """A, m, sigma, lambda."""
         return self.problem.scalars(self.x)
 
-    @property
+    @cached_property
     def turn(self) -> Scalars:
         """Derivatives of the four scalars along the branch."""
         return self.problem.scalars(self.tangent)
 
     @cached_property
+    def chart(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates of the arclength and their gradient."""
+        return chart(self.x[-4:])
+
+    @property
+    def place(self) -> np.ndarray:
+        """Coordinates of the arclength, shape (4,)."""
+        return self.chart[0]
+
+    @cached_property
     def direction(self) -> np.ndarray:
         """Unit tangent in the coordinates of the arclength, shape (4,)."""
-        return chart(self.x[-4:])[1] @ self.tangent[-4:]
+        return self.chart[1] @ self.tangent[-4:]
 
     @property
     def pressure_rate(self) -> float:
@@ -120,7 +134,6 @@ class Family:
         if solved is None:
             return None
         problem, result = solved
-        origin, _ = chart(here.x[-4:])
         value, gradient = chart(result.x[-4:])
         _, family = closures.rows(self.closure)(result.x[-4:])
         forward = gradient @ (result.x[-4:] - here.x[-4:])
@@ -128,7 +141,7 @@ class Family:
             problem, result.x, self.law.initial_slope, np.vstack([family, forward @ gradient])
         )
         unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-        arclength = here.arclength + float(np.linalg.norm(value - origin))
+        arclength = here.arclength + float(np.linalg.norm(value - here.place))
         return Point(problem, result.x, unit, arclength, result.iterations)
 
     def _fitted(
@@ -143,9 +156,15 @@ class Family:
             if not result.converged:
                 return None
             profile = problem.profile(result.x)
-            if np.all(profile.lengths > 0) and layout(self.law, profile).phases == plan.phases:
+            if self.suits(profile, problem):
                 return (problem, result) if not self.tip_free or self._holds_its_tip(profile) else None
         return None
+
+    def suits(self, profile: Profile, problem: Discretisation) -> bool:
+        """Whether the phases of a solution are those the law asks for."""
+        if len(self.law.pieces) == 1 or fits(profile, problem.phases):
+            return True
+        return bool(np.all(profile.lengths > 0.0)) and layout(self.law, profile).phases == problem.phases
 
     def _holds_its_tip(self, profile: Profile) -> bool:
         """Whether a solution keeps to P = Phi(y_tip)/y_tip.
@@ -177,17 +196,18 @@ class Family:
 
     def step(self, here: Point, ds: float) -> Point | None:
         """Advance by ``ds`` along the tangent; None if the corrector fails."""
-        plane = Plane.across(here.x[-4:], here.direction, ds)
+        plane = Plane.across(here.place, here.direction, ds)
         problem = here.problem
         result = correct(problem, here.x + ds * here.tangent, (self.closure, plane))
         if not result.converged:
             return self._merge_step(here, plane, ds)
-        profile = problem.profile(result.x)
-        if np.any(profile.lengths <= 0) or layout(self.law, profile).phases != problem.phases:
-            again = self.solve(profile, plane)
-            if again is None:
-                return None
-            problem, result = again
+        if len(self.law.pieces) > 1:
+            profile = problem.profile(result.x)
+            if not self.suits(profile, problem):
+                again = self.solve(profile, plane)
+                if again is None:
+                    return None
+                problem, result = again
         there = self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
         return None if _crossed_over(here, there) else there
 
@@ -215,7 +235,9 @@ class Family:
                 ds *= 0.5
                 continue
             if there.iterations <= control.quick:
-                ds = min(1.6 * ds, control.largest)
+                # Far out the coordinates grow without end, and the steps with them.
+                far = float(np.linalg.norm(there.place)) / FAR
+                ds = min(1.6 * ds, control.largest * max(1.0, far))
             here = there
             yield here
 
@@ -235,7 +257,7 @@ class Family:
             a, b = miss(low), miss(high)
             for start in sorted((low, high), key=lambda p: abs(miss(p))):
                 found = self.solve(start.profile, other)
-                if found is not None and self._between(low, high, found[1].x):
+                if found is not None and self.between(low, high, chart(found[1].x[-4:])[0]):
                     return found
             share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
             middle = self.step(low, shrink * share * span)
@@ -247,10 +269,12 @@ class Family:
         return None
 
     @staticmethod
-    def _between(here: Point, there: Point, x: np.ndarray) -> bool:
+    def between(here: Point, there: Point, place: np.ndarray) -> bool:
         """Whether a solution lies where the two points say: no jump to another branch."""
-        a, b, c = (chart(v[-4:])[0] for v in (here.x, there.x, x))
-        return bool(np.linalg.norm(c - a) + np.linalg.norm(b - c) < 1.1 * np.linalg.norm(b - a) + 1e-9)
+        a, b, c = (
+            math.sqrt(v @ v) for v in (place - here.place, there.place - place, there.place - here.place)
+        )
+        return a + b < 1.1 * c + 1e-9
 
     def turning_point(
         self, here: Point, there: Point, rate: Callable[[Point], float]
@@ -259,22 +283,25 @@ class Family:
 
         Returns the nearer end of the last bracket, and the arclengths of both.
 
-        Bracketed secant steps, each taken from the lower end of the bracket, so that every
-        point is reached by a short step along the branch.
+        Bracketed secant steps, every other one of double length from the better end, so that
+        both ends close in; each is taken from the lower end, by a short step along the branch.
         """
-        low, high, shrink = here, there, 1.0
+        low, high, shrink, reach = here, there, 1.0, 1.0
+        a, b = rate(low), rate(high)
         while (span := high.arclength - low.arclength) > FOLD_WIDTH and shrink > 1e-6:
-            share = rate(low) / (rate(low) - rate(high))
-            point = self.step(low, shrink * span * min(max(share, 0.05), 0.95))
+            near, value = (0.0, a) if abs(a) < abs(b) else (span, b)
+            aim = near - reach * value * span / (b - a)
+            margin = min(0.4 * FOLD_WIDTH, 0.4 * span)
+            point = self.step(low, shrink * min(max(aim, margin), span - margin))
             if point is None:
                 shrink *= 0.5
                 continue
-            shrink = 1.0
-            if rate(point) * rate(low) > 0:
-                low = point
+            shrink, reach = 1.0, 3.0 - reach
+            if (value := rate(point)) * a > 0:
+                low, a = point, value
             else:
-                high = point
-        return min(low, high, key=lambda p: abs(rate(p))), (low.arclength, high.arclength)
+                high, b = point, value
+        return (low if abs(a) < abs(b) else high), (low.arclength, high.arclength)
 
 
 def _crossed_over(here: Point, there: Point) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import os
 import secrets
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
@@ -56,6 +57,8 @@ def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path
         If the path cannot be written.
     """
     target = Path(path)
+    if "\0" in str(target):
+        raise InvalidInput(f"cannot write {str(target)!r}: a name has no NUL.", remedy="Give another name.")
     try:
         if target.is_dir():
             raise InvalidInput(f"cannot write {target}: it is a folder.", remedy="Give the name of a file.")
@@ -73,14 +76,68 @@ def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path
             os.replace(draft, target)
         finally:
             draft.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        if isinstance(error, InvalidInput):
-            raise
-        reason = getattr(error, "strerror", None) or error
+    except OSError as error:
         raise InvalidInput(
-            f"cannot write {str(target)!r}: {reason}.", remedy="Choose a folder you may write to."
+            f"cannot write {str(target)!r}: {error.strerror or error}.",
+            remedy="Choose a folder you may write to.",
         ) from error
     return target
+
+
+def json_line(value: Any) -> str:
+    """Return a value as one line of ASCII JSON that gives the same bits when it is read.
+
+    Raises
+    ------
+    InvalidInput
+        If something in it is no number, text, list or table of such.
+    """
+
+    def plain(item: Any) -> Any:
+        if isinstance(item, np.generic | np.ndarray):
+            return item.tolist()
+        raise InvalidInput(
+            f"cannot store {item!r}, which is no number, text, list or table of such.",
+            remedy="Keep only plain values among the options.",
+        )
+
+    return json.dumps(value, default=plain)
+
+
+def write_csv(path: str | Path, head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray]) -> Path:
+    """Write a table: what it is in lines ``# key = JSON``, then titles, then one row a line.
+
+    Parameters
+    ----------
+    path : str or Path
+    head : iterable of (str, value)
+        A key may come more than once.
+    columns : mapping of str to ndarray
+        By title, all of one length; numbers are written with all their digits.
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written, or a value of the head is not plain.
+    """
+    text = io.StringIO()
+    text.writelines(f"# {key} = {json_line(value)}\n" for key, value in head)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    return atomic_write(path, lambda file: file.write(text.getvalue().encode()))
+
+
+def save_arrays(path: str | Path, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Path:
+    """Write arrays, and all else as the JSON text "metadata", to a compressed NPZ; see `unpack`.
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written, or a value of the head is not plain.
+    """
+    text = np.array(json_line(head))
+    return atomic_write(path, lambda file: np.savez_compressed(file, metadata=text, **arrays))
 
 
 def read_file(

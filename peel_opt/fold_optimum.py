@@ -38,6 +38,10 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     transcription : Transcription, optional
         Default: multiple shooting with 24 intervals.
 
+    Returns
+    -------
+    FoldOptimum
+
     Raises
     ------
     NoEquilibrium

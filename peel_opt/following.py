@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from .continuation import Family, Point, StepControl
 from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
 from .result import Equilibrium
-from .specials import FOLDS, RANGE, Located, locate
+from .specials import FOLDS, RANGE, locate
 from .tracing import landings
 from .transcription import Spectral
 from .transcription.base import PROFILE_POINTS, Profile, Transcription, chebyshev
@@ -105,10 +104,8 @@ class Walk(Iterator[Scalars]):
         """Return what has been walked as a `Branch`, with points at asked-for values."""
         if not self.points:
             next(self, None)
-        found: list[Located] = []
         monitors = FOLDS[self.family.closure.kind] + (RANGE if self.points[0].scalars.sigma > 0.0 else ())
-        for here, there in pairwise(self.points):
-            found += locate(self.family, here, there, monitors)
+        found = locate(self.family, self.points, monitors)
         extra = [f.point for f in found]
         for name, values in (at or {}).items():
             for value in values:

@@ -13,10 +13,11 @@ import scipy.sparse as sp
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
+from .blas import one_thread
 from .closures import Closing, equations, parameters, symbols
 from .elastica import Scalars
 from .transcription.base import Discretisation
-from .transcription.compiled import DENSE_LIMIT, Compiled, Pattern
+from .transcription.compiled import Compiled, Pattern, is_dense
 
 #: Values of the extra equations and their gradient, shapes (k,) and (k, 4).
 #: The gradient is with respect to the four scalars.
@@ -66,7 +67,7 @@ def factorised(jacobian: object, border: np.ndarray) -> Factors:
     The Jacobian may be a NumPy array, a SciPy matrix or a CasADi one.
     """
     if isinstance(jacobian, ca.DM):
-        jacobian = jacobian.full() if jacobian.size2() <= DENSE_LIMIT else jacobian.sparse()
+        jacobian = jacobian.full() if is_dense(jacobian.sparsity()) else jacobian.sparse()
     n: int = jacobian.shape[1]  # type: ignore[attr-defined]
     if isinstance(jacobian, np.ndarray):
         matrix = np.zeros((n, n), order="F")
@@ -79,16 +80,21 @@ def factorised(jacobian: object, border: np.ndarray) -> Factors:
 
 def _dense_factors(matrix: np.ndarray) -> Factors:
     """Factorise a matrix that nobody needs any more; SciPy's own wrappers cost more than a small solve."""
-    factors, pivots, info = dgetrf(matrix, overwrite_a=True)
+    with one_thread(len(matrix)):
+        factors, pivots, info = dgetrf(matrix, overwrite_a=True)
     if info != 0:
         raise np.linalg.LinAlgError("singular Jacobian")
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        with one_thread(len(factors)):
+            return dgetrs(factors, pivots, right)[0]
 
     def sign() -> int:
         swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
         negative = np.count_nonzero(factors.diagonal() < 0.0)
         return -1 if (swaps + negative) % 2 else 1
 
-    return Factors(lambda b: dgetrs(factors, pivots, b)[0], sign)
+    return Factors(solve, sign)
 
 
 def _sparse_factors(matrix: sp.csc_matrix) -> Factors:
@@ -176,7 +182,7 @@ def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSyst
     values = closing(x[-4:], given)
     residual, jacobian = problem.linearised(x)
     jacobian = ca.vertcat(jacobian, ca.jacobian(values, x))
-    dense = problem.size <= DENSE_LIMIT
+    dense = is_dense(jacobian.sparsity())
     if dense:
         jacobian = ca.densify(jacobian)
     system = ca.Function("system", [x, given], [ca.vertcat(residual, values), jacobian])
@@ -226,7 +232,8 @@ def contact_tangent(
     border[:, -4:] = rows
     right = np.zeros(len(x))
     right[-1] = 1.0
-    return np.linalg.solve(np.vstack([jacobian[keep], identity, border]), right)
+    with one_thread(len(x)):
+        return np.linalg.solve(np.vstack([jacobian[keep], identity, border]), right)
 
 
 def newton(
@@ -262,7 +269,7 @@ def newton(
                 values = equations(x)
             else:
                 values, factorise = linearise(x)
-            if not math.isfinite(float(values @ values)):
+            if not float(np.abs(values).max()) < math.inf:  # also where it is not a number
                 return Correction(x, False, iteration, np.inf, update, None)
             if not chord:
                 solve = factorise()

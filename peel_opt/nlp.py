@@ -111,7 +111,7 @@ def _run(
     problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...], options: Ipopt, *, minimise: bool
 ) -> NlpSolution:
     solver = build(problem, tuple(c.kind for c in given), options, minimise)
-    scale = _unknown_scale(problem, start)
+    scale = unknown_scale(problem, start)
     _, jacobian = problem.linearised(start)
     _, border = rows(*given)(start[-4:])
     sizes = np.abs(jacobian.full()) @ scale
@@ -130,7 +130,7 @@ def _run(
     )
 
 
-def _unknown_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
+def unknown_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
     """Size of each unknown at the start, no smaller than a thousandth of its block."""
     scale = np.abs(x)
     fields = slice(0, problem.field_count)

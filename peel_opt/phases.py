@@ -15,6 +15,9 @@ from .transcription.base import Phases, Profile
 #: they make goes with the power 3/2.
 EXCURSION = 1e-9
 
+#: An extremum this close to a kink may pass it between two points of a profile.
+GRAZING = 1e-4
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -41,6 +44,24 @@ def layout(law: CohesiveLaw, profile: Profile) -> Layout:
         sequence.append(pieces[after])
         breaks.append(where)
     return Layout(tuple(sequence), tuple(breaks))
+
+
+def fits(profile: Profile, phases: Phases) -> bool:
+    """Whether every phase lies clearly inside its piece: a cheap look before `layout`."""
+    if not np.all(profile.lengths > 0.0):
+        return False
+    for u, piece in zip(profile.heights(), phases, strict=True):
+        # The law goes on below u = 0; a phase ends on a kink, and inside keeps away from it.
+        low = piece.start if piece.start > 0.0 else -np.inf
+        if np.any(u[1:-1] <= low) or np.any(u[1:-1] >= piece.stop):
+            return False
+        for inner in (np.argmin(u), np.argmax(u)):
+            grazes = min(u[inner] - low, piece.stop - u[inner]) < GRAZING
+            if grazes and 0 < inner < len(u) - 1:
+                return False
+    tip, first = float(profile.heights()[0, 0]), phases[0]
+    low = first.start + GRAZING if first.start > 0.0 else -np.inf
+    return low < tip < first.stop - GRAZING
 
 
 def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:

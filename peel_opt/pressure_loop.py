@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from .branch import Branch, SpecialPoint
+from .branch import Branch
+from .branch_parts import SpecialPoint
 from .closures import Closure
 from .cohesion import COHESIVE
 from .errors import NoEquilibrium
@@ -219,8 +220,8 @@ def _turn(branch: Branch) -> SpecialPoint:
 
 
 def _area(branch: Branch, turn: int) -> float:
-    """Integral of sbar/eta over p/T0 along the folded states, by a spline in the arclength."""
-    s = branch.arclength[turn:]
+    """Integral of sbar/eta over p/T0 along the folded states, by a spline in the tip angle."""
+    s = branch.A[turn:]
     pressure, length = (make_interp_spline(s, v[turn:], k=5) for v in (branch.pressure_ratio, branch.sigma))
     cell = Grid.gauss(8)
     x = s[:-1, None] + np.diff(s)[:, None] * cell.xi

@@ -165,7 +165,7 @@ class PrimaryBranch:
 
     def _insert_folds(self, here: Point, there: Point) -> None:
         """Make every fold a point, so that p and sbar are monotone between neighbours."""
-        for fold in locate(self.family, here, there, FOLDS[self.family.closure.kind]):
+        for fold in locate(self.family, (here, there), FOLDS[self.family.closure.kind]):
             self.folds.append(fold)
             insort(self.points, fold.point, key=lambda p: p.arclength)
 

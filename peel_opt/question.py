@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,11 +14,11 @@ from .answer import ANSWERS, Answer, Method, answer
 from .certify import report
 from .checks import positive
 from .closed_form import closed_form
-from .closures import Closure
+from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Point
 from .elastica import PI4, Scalars
-from .errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange
+from .errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
 from .isobars import states_near
 from .phases import layout
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
@@ -229,11 +230,13 @@ def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
     return s.pressure_ratio < 0.0 and s.sigma > target.value
 
 
-def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> NoEquilibrium:
-    """Say what exists instead."""
+def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
+    """Say what exists instead, or that the branch could not be followed far enough to know."""
     if not found and branch.family.law is not LINEAR:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
+    if branch.ended in ("stalled", "limit") and _heads_for(branch, question.target):
+        return _not_followed(branch, question)
     nearest = _nearest(branch, question)
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
@@ -241,11 +244,31 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
     if found:
         listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)
         message += f" States that do exist there: {', '.join(listed)}."
-    if branch.ended in ("stalled", "limit"):
-        last = branch.points[-1].scalars
-        message += f" The branch was followed only to p/T0 = {last.pressure_ratio:.4g}."
     remedy = "Ask for one of them with state=." if found else ""
     return NoEquilibrium(message, remedy=remedy, nearest=nearest)
+
+
+def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
+    """Whether the last points of a walk come nearer to what is looked for."""
+    value = rows(target)
+    before, last = (float(value(p.x[-4:])[0][0]) for p in branch.points[-2:])
+    return before * last > 0.0 and abs(last) < abs(before)
+
+
+def _not_followed(branch: PrimaryBranch, question: Question) -> PeelOptError:
+    """Say where a walk ended that did not come to the end of its branch."""
+    last = branch.points[-1].scalars
+    reached = f"lambda = {last.lam:.4g}"
+    if last.sigma > 0.0:
+        reached += f", p/T0 = {last.pressure_ratio:.4g}"
+    ratio = last.ratio if last.sigma > 0.0 else math.inf
+    message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
+    if RATIOS[0] <= ratio <= RATIOS[1] or branch.family.law is LINEAR:
+        return NotConverged(message, remedy="Give a number nearer to the transition.")
+    return OutOfRange(
+        f"{message} Its eta/y0 = {ratio:.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
+        remedy="Give groups of a rod within that range.",
+    )
 
 
 def _nearest(branch: PrimaryBranch, question: Question) -> float | None:

@@ -25,14 +25,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .checks import finite, non_negative
-from .errors import InvalidInput, NotConverged
+from .errors import InvalidInput
 from .linear_operator import FIELDS, LinearOperator
 from .nonlinear_part import remainder, remainder_derivative
+
+if TYPE_CHECKING:
+    from .reduced_diagram import Curve
 
 #: Batches are cut so that the Jacobians of one batch stay below some 100 MB.
 _BATCH = 512
@@ -74,16 +77,6 @@ class Correction:
     rate: np.ndarray
     defect: np.ndarray
     converged: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """One curve of the zero set of g off the trivial branch, every point solved to the tolerance."""
-
-    beta0: float
-    lam: np.ndarray
-    A: np.ndarray
-    alpha1: np.ndarray
 
 
 @dataclass(eq=False)
@@ -237,48 +230,17 @@ class Reduction(LinearOperator):
         A curve has one point for each of the ``samples[1]`` amplitudes at which h = g/A changes
         sign between two of the ``samples[0]`` values of lambda; lambda is then refined until
         the bracket or h is down to rounding.  Where (30) could not be solved there is no point.
-        """
-        for name, (low, high) in (("lam_range", lam_range), ("A_range", A_range)):
-            if not finite(name, low) < finite(name, high):
-                raise InvalidInput(f"{name} must ascend, got ({low:g}, {high:g}).")
-        if min(samples) < 2:
-            raise InvalidInput(f"samples must be at least 2 each, got {samples}.")
-        lam, A = np.linspace(*lam_range, samples[0]), np.linspace(*A_range, samples[1])
-        h = self.solve(A[:, None], lam).h
-        column, left = np.nonzero((h[:, :-1] != 0.0) & (h[:, :-1] * h[:, 1:] <= 0.0))
-        if not column.size:
-            return []
-        roots = self._refine(A[column], lam[left], lam[left + 1], h[column, left], h[column, left + 1])
-        alpha1 = self.alpha1(A[column], roots)
-        # The k-th root of each amplitude belongs to the k-th curve, as long as it exists.
-        rank = np.arange(column.size) - np.searchsorted(column, column)
-        curves = []
-        for k in range(int(rank.max()) + 1):
-            members = np.flatnonzero(rank == k)
-            parts = np.split(members, np.flatnonzero(np.diff(column[members]) > 1) + 1)
-            curves += [Curve(self.beta0, roots[part], A[column[part]], alpha1[part]) for part in parts]
-        return curves
 
-    def _refine(
-        self, A: np.ndarray, x0: np.ndarray, x1: np.ndarray, f0: np.ndarray, f1: np.ndarray
-    ) -> np.ndarray:
-        """Zero of h in lambda inside each bracket, by the Illinois variant of false position."""
-        for _ in range(40):
-            with np.errstate(invalid="ignore", divide="ignore"):
-                x = np.where(f1 == f0, x1, x1 - f1 * (x1 - x0) / (f1 - f0))
-            f = self.solve(A, x).h
-            if not np.isfinite(f).all():
-                break
-            crossed = f * f1 < 0.0
-            x0, f0 = np.where(crossed, x1, x0), np.where(crossed, f1, 0.5 * f0)
-            done = np.abs(x - x1) <= 1e-13 * np.maximum(1.0, np.abs(x))
-            x1, f1 = x, f
-            if (done | (f == 0.0)).all():
-                return x1
-        raise NotConverged(
-            f"the zero set at beta0 = {self.beta0:g} could not be refined.",
-            remedy="Narrow the window or raise the number of samples.",
-        )
+        Raises
+        ------
+        InvalidInput
+            If a range does not ascend, or there are fewer than two samples.
+        NotConverged
+            If a point cannot be refined.
+        """
+        from .reduced_diagram import zero_set
+
+        return zero_set(self, lam_range, A_range, samples)
 
 
 def lyapunov_schmidt(beta0: float, *, nodes: int = 24, tol: float = 1e-12) -> Reduction:
@@ -292,6 +254,10 @@ def lyapunov_schmidt(beta0: float, *, nodes: int = 24, tol: float = 1e-12) -> Re
         Gauss nodes per field, 8 to 64; 24 carry beta0 = 4 over Fig 4 to rounding.
     tol : float, optional
         Largest change of the fields of w (scaled to alpha1 = 1) that counts as converged.
+
+    Returns
+    -------
+    Reduction
 
     Raises
     ------

@@ -31,6 +31,9 @@ class Stats:
     seconds : float
     iterations : int
         Of IPOPT and of Newton together, the walk along the branch excluded.
+    evaluations : int
+        Of the discretised equations, with or without their Jacobian, on all meshes; inside IPOPT
+        those of the constraints.
     unknowns : int
         Of the finest problem solved.
     refinements : int
@@ -44,6 +47,7 @@ class Stats:
     method: str = ""
     seconds: float = 0.0
     iterations: int = 0
+    evaluations: int = 0
     unknowns: int = 0
     refinements: int = 0
     path_points: int = 0

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
+from .blas import one_thread
 from .closures import Closure, rows, sensitivity_to_given
 from .elastica import PI4, Scalars
 from .newton import Correction
@@ -40,10 +41,11 @@ def rounding(
     """
     x = correction.x
     gradient = np.zeros(problem.size)
-    gradient[-4:] = _gradient(read, x[-4:])
+    gradient[-4:] = scalar_gradient(read, x[-4:])
     _, jacobian = problem.linearise(x)
     _, border = rows(*given)(x[-4:])
-    response, sizes = _adjoint(jacobian, border, gradient, x)
+    with one_thread(problem.size):
+        response, sizes = _adjoint(jacobian, border, gradient, x)
     k = len(given)
     by_given = np.abs(response[-k:] @ sensitivity_to_given(given, x[-4:]))
     # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
@@ -71,7 +73,7 @@ def _adjoint(
     return splu(sparse).solve(gradient, "T"), abs(sparse) @ np.abs(x)
 
 
-def _gradient(read: Callable[[Scalars], float], scalars: np.ndarray) -> np.ndarray:
+def scalar_gradient(read: Callable[[Scalars], float], scalars: np.ndarray) -> np.ndarray:
     """Gradient of the answered number, by complex steps."""
     h = 1e-30
     return np.array([read(Scalars(*(scalars + 1j * h * e))).imag / h for e in np.eye(4)])

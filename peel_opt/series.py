@@ -55,6 +55,7 @@ class UniformSeries:
     ----------
     order : highest j summed
     polynomials : P_j as coefficients of a^0, a^1, ...; ``polynomials[0]`` is P_1
+    modes : solutions of the linear hierarchy that the series sums, some orders further
 
     Notes
     -----
@@ -65,7 +66,7 @@ class UniformSeries:
 
     order: int
     polynomials: tuple[np.ndarray, ...] = field(repr=False)
-    _modes: Modes = field(repr=False)
+    modes: Modes = field(repr=False)
 
     def curve(self, alpha1: Any, beta0: Any) -> np.ndarray:
         """Value of lambda at the extra pressure alpha1; beta0 may be zero."""
@@ -95,7 +96,7 @@ class UniformSeries:
         alpha1, beta0 = np.broadcast_arrays(np.asarray(alpha1, float), np.asarray(beta0, float))
         j, k = (index[1:] for index in np.tril_indices(order + 1))
         products = _powers(beta0 + alpha1, order)[j - k] * _powers(alpha1, 2 * order)[j + k - divided]
-        return self._modes.lam[j, k].reshape(-1, *(1,) * alpha1.ndim) * products
+        return self.modes.lam[j, k].reshape(-1, *(1,) * alpha1.ndim) * products
 
     def _error(self, alpha1: Any, beta0: Any) -> tuple[np.ndarray, np.ndarray]:
         """Absolute error of lambda and the size of its terms."""
@@ -185,7 +186,7 @@ class UniformSeries:
         a = P - 1.0
         j, k = (index[1:] for index in np.tril_indices(self.order + 1))
         starts = np.cumsum([0, *range(2, self.order + 1)])
-        rows = np.add.reduceat(self._modes.lam[j, k] * P ** (j - k) * a ** (j + k), starts)
+        rows = np.add.reduceat(self.modes.lam[j, k] * P ** (j - k) * a ** (j + k), starts)
         sixfold = 6.0 * np.arange(1, self.order + 1)
         sigma = math.pi * r**-0.25
         if rows[0] < 0.0:  # then lambda < 0, and both numbers lie above the root
@@ -249,7 +250,7 @@ class UniformSeries:
         """Sum of T, T', T'', m and V at the nodes."""
         a, beta0 = finite("a", a), non_negative("beta0", beta0)
         j, k = np.tril_indices(self.order + 1)
-        modes = self._modes
+        modes = self.modes
         weights = (beta0 * beta0 * a) ** j * (1.0 + a) ** (j - k) * a**k
         return np.stack([weights @ field[j, k] for field in (modes.T, modes.K, modes.T2, modes.m, modes.V)])
 

@@ -25,6 +25,9 @@ GUARD = 3
 #: Stands for an alpha or alpha1 of zero, so that a term can be divided by it.
 TINY = 1e-30
 
+#: Far outside the reach of the series its terms overflow, which the error says.
+_QUIET = np.errstate(over="ignore", invalid="ignore")
+
 
 class Value(NamedTuple):
     """Lambda at (alpha1, beta0) and its derivatives."""
@@ -85,22 +88,19 @@ class Curve:
 
     series: UniformSeries
 
-    @property
-    def _modes(self) -> Modes:
-        return self.series._modes
-
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, ...]:
         """Powers of alpha and alpha1, and of every mode T(0) and T'' at the nodes."""
         grid = Grid.gauss(NODES)
         j, k = np.tril_indices(self.series.order + 1)
-        curls = self._modes.T2[j, k]
+        curls = self.series.modes.T2[j, k]
         return j - k, j + k, curls @ (grid.weights * grid.xi), curls  # as T(1) = T'(1) = 0
 
     @cached_property
     def _table(self) -> _Table:
-        return _Table.of(self._modes, self.series.order)
+        return _Table.of(self.series.modes, self.series.order)
 
+    @_QUIET
     def __call__(self, alpha1: float, beta0: float) -> Value:
         """Sum lambda and its derivatives."""
         table = self._table
@@ -110,6 +110,7 @@ class Curve:
         lam, by_alpha, by_shift = (table.weights @ terms).tolist()
         return Value(lam, by_shift / shift + by_alpha / alpha, by_alpha / alpha)
 
+    @_QUIET
     def error(self, alpha1: float, beta0: float) -> float:
         """Error of lambda; infinite where the series does not converge.
 

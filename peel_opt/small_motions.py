@@ -21,6 +21,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import eig
 
 from .assembly import discretised, law_of
+from .blas import one_thread
 from .branch import Branch
 from .cohesion import CohesiveLaw, Piece
 from .elastica import Scalars
@@ -92,7 +93,11 @@ class Stability:
 
 def analyse(law: CohesiveLaw, problem: Discretisation, x: np.ndarray) -> Stability:
     """Return the stability of a discrete solution, from two discretisations of its motions."""
-    coarse, fine = (_Motions(problem, x, degree) for degree in DEGREES)
+    with one_thread(max(DEGREES) * len(problem.phases)):
+        return _analysed(*(_Motions(problem, x, degree) for degree in DEGREES))
+
+
+def _analysed(coarse: _Motions, fine: _Motions) -> Stability:
     mu, rough = fine.eigenvalues(), coarse.eigenvalues()
     lowest = mu[:REPORTED]
     error = float(np.max(np.abs(lowest - rough[: len(lowest)]) / (1.0 + np.abs(lowest))))
@@ -167,9 +172,11 @@ class _Motions:
             )
             free = np.linalg.svd(swept[None, :])[2][1:].T
             K, M = free.T @ K @ free, free.T @ M @ free
-        # M nearly vanishes on fast motions: the reciprocals are the well-conditioned problem.
-        reciprocal = eig(M, K, right=False)
-        mu = 1.0 / reciprocal[np.abs(reciprocal) > 1e-13 * np.abs(reciprocal).max()]
+        # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
+        above, below = eig(M, K, right=False, homogeneous_eigvals=True)
+        finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
+        mu = below[finite] / above[finite]
+        mu = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
         return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]
 
     def determinant_sign(self) -> int:
@@ -224,6 +231,10 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
         read from a file.
     i : int
 
+    Returns
+    -------
+    Stability
+
     Raises
     ------
     InvalidInput
@@ -255,6 +266,16 @@ def control_table(eq: Equilibrium) -> dict[str, str]:
 
     "fixed length" is the paper's reading, by its effective potential and not by the motions
     of the rod; the potential knows the unfolded states only.
+
+    Parameters
+    ----------
+    eq : Equilibrium
+        As for `stability`.
+
+    Returns
+    -------
+    dict of str
+        "stable" or "unstable", and why, by the name of the control.
 
     Raises
     ------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -16,14 +17,24 @@ from .shape import sample_shape
 Monitor = Callable[[Point], float]
 
 
+#: Two monitors that vanish within this at one point tell of one event.
+SAME = 1e-9
+
+#: No rod rises by this share of y0 between two points of its profile.
+CLEAR = 0.02
+
+
 def tip_excess(point: Point) -> float:
     """u - 1 at the tip."""
-    return float(point.profile.heights()[0, 0]) - 1.0
+    return float(point.scalars.height(point.profile.values[0, 0, 4])) - 1.0
 
 
 def highest_excess(point: Point) -> float:
-    """u - 1 at the highest place of the rod."""
+    """u - 1 at the highest place of the rod; of its points alone where that tells the sign."""
     profile = point.profile
+    sampled = float(profile.heights().max()) - 1.0
+    if abs(sampled) > CLEAR:
+        return sampled
     xi, u = heights_with_extrema(profile)
     top = int(np.argmax(u))
     if top in (0, len(u) - 1):
@@ -82,14 +93,17 @@ class Located:
 
 
 def locate(
-    family: Family, here: Point, there: Point, monitors: tuple[tuple[str, Monitor], ...]
+    family: Family, points: Sequence[Point], monitors: tuple[tuple[str, Monitor], ...]
 ) -> list[Located]:
-    """Find the special points between two neighbouring points, in order along the branch."""
+    """Find the special points between neighbouring points, in order along the branch."""
     found: list[Located] = []
     for kind, monitor in monitors:
-        if monitor(here) * monitor(there) < 0.0:
-            point, bracket = family.turning_point(here, there, monitor)
-            same = (p for p in found if p.kind == kind)
-            if all(abs(p.point.arclength - point.arclength) > 1e-8 for p in same):
-                found.append(Located(kind, point, bracket))
+        values = [monitor(point) for point in points]
+        for i, (here, there) in enumerate(pairwise(points)):
+            if values[i] * values[i + 1] >= 0.0:
+                continue
+            between = (p.point for p in found if here.arclength < p.point.arclength < there.arclength)
+            if any(abs(monitor(point)) < SAME for point in between):
+                continue  # the tip is the highest place
+            found.append(Located(kind, *family.turning_point(here, there, monitor)))
     return sorted(found, key=lambda p: p.point.arclength)

@@ -11,8 +11,10 @@ from itertools import pairwise
 import numpy as np
 
 from .arclength import chart
-from .assembly import HOLDS, Part, assemble, closure_for, describe, point_errors
-from .branch import Branch, Trivial
+from .assembly import HOLDS, Part, assemble, closure_for, describe
+from .batches import filled, point_errors
+from .branch import Branch
+from .branch_parts import Trivial
 from .checks import finite, non_negative, positive
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
@@ -25,11 +27,14 @@ from .specials import RANGE, locate
 from .transcription import Spectral
 from .transcription.base import Transcription
 
-#: Nodes per phase tried in turn until the branch is accurate to ``tol``.
-NODES = (16, 24, 36, 54)
+#: Nodes per phase tried in turn until some points of the walk are accurate to a share of ``tol``:
+#: for laws of one piece, where a finer mesh costs little and what is read off a branch (folds,
+#: areas) gains by it; and for laws with kinks, whose shapes have up to three phases.
+NODES = ((12, 16, 24, 36, 54), (24, 36, 54))
+SHARE = (0.01, 0.3)
 
-#: Step of the walk that finds out how long a branch is and how many nodes it needs.
-SCOUT = StepControl(largest=0.25)
+#: Steps of the walk; the points between are filled in.
+WALK = StepControl(first=0.05, largest=0.25)
 
 
 def trace(
@@ -69,7 +74,8 @@ def trace(
     transcription : Transcription, optional
         Default: the spectral form with as many nodes as ``tol`` needs.
     tol : float
-        Largest error of a point, in the metric of the arclength.
+        Largest error of a point, in the metric of the arclength, but for what rounding adds:
+        that shows for eta/y0 above some hundreds and p below T0/1000.  ``error`` has both.
 
     Returns
     -------
@@ -107,27 +113,35 @@ def trace(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )
 
-    def walk(transcription: Transcription, control: StepControl) -> list[PrimaryBranch]:
+    def walk(transcription: Transcription) -> list[PrimaryBranch]:
         # The tip stays on the plate along the branches of even modes.
         family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
-        walks = [PrimaryBranch(family, side, mode, control, longest=20 * points) for side in sides]
+        walks = [PrimaryBranch(family, side, mode, WALK, longest=20 * points) for side in sides]
         for w in walks:
             w.extend(partial(_left_for_good, window, w) if rod is None else partial(_past_zero, chosen))
         return walks
 
-    options = {"lam": list(window), "mode": mode, "points": points, "tol": tol}
-    for mesh in [transcription] if transcription is not None else [Spectral(n) for n in NODES]:
-        scouts = walk(mesh, SCOUT)
-        reached = max(e for w in scouts for e in point_errors(w.family, w.points))
-        if reached > 0.3 * tol:
-            continue  # a few points tell that this mesh is too coarse
-        length = sum(w.points[-1].arclength for w in scouts)
-        walks = walk(mesh, StepControl(largest=min(SCOUT.largest, 0.75 * length / points)))
-        parts = [_finished(w, window if rod is None else None, at or {}) for w in walks]
+    options: dict[str, object] = {"mode": mode, "points": points, "tol": tol}
+    if rod is None:
+        options["lam"] = list(window)
+    kinked = len(chosen.pieces) > 1
+    nodes, share = NODES[kinked], SHARE[kinked]
+    meshes: list[Transcription] = [transcription] if transcription else [Spectral(n) for n in nodes]
+    for mesh in meshes:
+        walks = walk(mesh)
+        seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
+        if any(errors.gains_by_refinement(share * tol) for errors in seen) and mesh is not meshes[-1]:
+            continue
+        inside = [_inside(w, window if rod is None else None) for w in walks]
+        length = sum(part[-1].arclength for part, _ in inside)
+        parts = [
+            _finished(w, filled(w.family, part, length / (points - 1)), ended, at or {})
+            for w, (part, ended) in zip(walks, inside, strict=True)
+        ]
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())
-        if reached <= tol:
+        if reached <= tol + 4.0 * max(errors.rounding.max() for errors in seen):
             break
     else:
         raise NotConverged(
@@ -180,19 +194,20 @@ def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point
     return lam < -0.999 * PI4 or (bool(walk.folds) and lam < low)
 
 
-def _finished(
-    walk: PrimaryBranch, window: tuple[float, float] | None, at: dict[str, Sequence[float]]
-) -> Part:
-    """Cut a walk at the window, and add its special points and asked-for values."""
-    points, ended = list(walk.points), walk.ended
-    if window is not None:
-        points, cut = _cut(walk.family, points, window)
-        ended = "window" if cut else ended
+def _inside(walk: PrimaryBranch, window: tuple[float, float] | None) -> tuple[list[Point], str]:
+    """Points of a walk inside the window, and why they end."""
+    if window is None:
+        return walk.points, walk.ended
+    points, cut = _cut(walk.family, walk.points, window)
+    return points, "window" if cut else walk.ended
+
+
+def _finished(walk: PrimaryBranch, points: list[Point], ended: str, at: dict[str, Sequence[float]]) -> Part:
+    """Add the special points and asked-for values to the points of a walk."""
     arclengths = (points[0].arclength, points[-1].arclength)
     specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
-        for here, there in pairwise(points):
-            specials += locate(walk.family, here, there, RANGE)
+        specials += locate(walk.family, points, RANGE)
     extra = [s.point for s in specials if s.kind == "y=y0"]
     for name, values in at.items():
         if name not in HOLDS and name != "length_ratio":

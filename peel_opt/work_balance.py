@@ -20,7 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from .assembly import discretised, law_of, transcription_from
+from .assembly import discretised, law_of, transcription_from, walked
 from .branch import Branch
 from .closures import Closure
 from .cohesion import CohesiveLaw
@@ -95,6 +95,15 @@ def energies(branch: Branch) -> Energies:
     Between its points the branch is solved at further tip angles, so that the swept area is
     integrated by Gauss's rule whatever the spacing.
 
+    Parameters
+    ----------
+    branch : Branch
+        From `peel_opt.trace`, of a rod.
+
+    Returns
+    -------
+    Energies
+
     Raises
     ------
     InvalidInput
@@ -126,21 +135,19 @@ def _areas(branch: Branch, family: Family, rate: np.ndarray) -> tuple[np.ndarray
     """Area swept between neighbouring points, by Gauss's rule, and its distance from Simpson's."""
     nodes, weights = gauss(3)
     areas, errors = [], []
-    for i, (a, b) in enumerate(pairwise(branch.A)):
-        problem, x = discretised(branch, i)
-        start = problem.profile(x)
+    for i, (here, there) in enumerate(pairwise(walked(branch))):
+        a, b = float(branch.A[i]), float(branch.A[i + 1])
         inside = []
         for node in nodes:
-            solved = family.solve(start, Closure("amplitude", float(a + (b - a) * node)))
-            if solved is None:
+            landed = family.land(here, there, Closure("amplitude", a + (b - a) * node))
+            if landed is None:
                 raise NotConverged(
                     "the branch could not be solved between its points.", remedy="Trace more points."
                 )
-            problem, result = solved
+            problem, result = landed
             point = family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, 0)
             *_, dS, dA = _rates(family.law, problem, point.x, point.tangent)
             inside.append(dS / dA)
-            start = problem.profile(point.x)
         area = (b - a) * float(weights @ inside)
         simpson = (b - a) / 6.0 * (rate[i] + 4.0 * inside[1] + rate[i + 1])
         areas.append(area)

@@ -12,8 +12,10 @@ import pytest
 import peel_opt as po
 from peel_opt import branch_files
 from peel_opt.assembly import law_of
-from peel_opt.branch import COLUMNS, Branch, Solutions
-from peel_opt.cohesion import COHESIVE, LINEAR, exponential
+from peel_opt.branch import COLUMNS, Branch
+from peel_opt.branch_parts import Solutions
+from peel_opt.cohesion import COHESIVE, LINEAR
+from peel_opt.named_laws import exponential
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +89,30 @@ def test_points_of_a_loaded_branch_are_equilibria(branches, tmp_path):
     same_bits(mine.y, other.y)
     with pytest.raises(ValueError, match="read-only"):
         back.lam[0] = 1.0
+
+
+@pytest.mark.parametrize("name", ["rod", "beta0"])
+def test_a_loaded_branch_goes_on(branches, name, tmp_path):
+    branch = branches[name]
+    part = branch[: len(branch) // 2]
+    again = Branch.load(part.save(tmp_path / "part.npz"))
+    more = po.follow(again, hold=branch.hold, steps=3)
+    assert more.A[0] == pytest.approx(part.A[-1], abs=1e-9)
+    assert (more.A[1] - more.A[0]) * (part.A[-1] - part.A[-2]) > 0
+
+
+def test_no_array_of_a_branch_can_be_written_to(branches):
+    branch = branches["with index"]
+    for array in (branch.index, branch.trivial.lam, *branch.solutions.unknowns, *branch.solutions.tangents):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_held_is_what_was_asked_for_and_options_are_those_in_use(branches):
+    cohesive = po.trace(beta0=8.9, law="cohesive", lam=(-0.5, 0.1), points=4, tol=1e-5)
+    assert (branches["beta0"].held, cohesive.held) == (4.0, 8.9)
+    assert "lam" in cohesive.options
+    assert "lam" not in branches["rod"].options
 
 
 def test_named_laws_come_back_and_others_are_asked_for(branches, tmp_path):
@@ -199,8 +225,9 @@ def test_a_file_that_does_not_hold_together_is_refused(branches, changes, tmp_pa
 def test_damage_never_goes_unseen(branches, tmp_path):
     data = branches["beta0"].save(tmp_path / "branch.npz").read_bytes()
     bad = tmp_path / "bad.npz"
-    for length in (0, 1, 100, len(data) // 2, len(data) - 1):
-        bad.write_bytes(data[:length])
+    parts = [data[:length] for length in (0, 1, 100, len(data) // 2, len(data) - 1)]
+    for content in (*parts, b"not an archive", b"PK\x03\x04 broken", b"\x80\x04pickle"):
+        bad.write_bytes(content)
         refused(bad)
     rng = np.random.default_rng(5)
     whole = repr(branches["beta0"])
@@ -230,8 +257,9 @@ def test_a_failed_write_leaves_the_old_file(branches, tmp_path):
             write(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["branch.npz"]
-    with pytest.raises(po.InvalidInput, match="no folder"):
-        branches["beta0"].save(tmp_path / "no" / "branch.npz")
+    for name in ("no/branch.npz", "no/deep/\0"):
+        with pytest.raises(po.InvalidInput, match="cannot write"):
+            branches["beta0"].save(tmp_path / name)
 
 
 def test_options_of_numpy_type_are_stored_as_plain_numbers(branches, tmp_path):

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import cycle
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..effective_potential import EffectivePotential
-from ..lambda_loop import HysteresisLoop, Sweep
+from ..lambda_loop import HysteresisLoop
 from ..pressure_loop import PressureLoop
 from . import style
+
+#: Lines of neighbouring curves, which differ in grey too.
+LINES: tuple[Any, ...] = ("-", (0, (6.0, 1.5)), (0, (4.0, 1.2, 1.0, 1.2)), (0, (1.4, 1.0)))
 
 #: Markers by kind of critical point, and whether they are filled.
 MARKERS = {"minimum": ("o", True), "maximum": ("o", False), "inflection": ("s", False)}
@@ -44,10 +48,9 @@ def plot_potential(
     x = np.linspace(max(-1.22 * span, potential.domain[0]), min(0.32 * span, potential.domain[1]), 401)
     curves = [potential(x, value) for value, _ in named]
     marks = [potential.critical_points(value) for value, _ in named]
-    for curve, points, (_, name), shade in zip(
-        curves, marks, named, style.family_colours(len(named)), strict=True
-    ):
-        ax.plot(x, curve, color=shade, linewidth=1.8, label=rf"$\lambda = {name}$")
+    looks = zip(style.family_colours(len(named)), cycle(LINES))
+    for curve, points, (_, name), (shade, line) in zip(curves, marks, named, looks, strict=True):
+        ax.plot(x, curve, color=shade, linestyle=line, linewidth=1.8, label=rf"$\lambda = {name}$")
         for point in points:
             marker, filled = MARKERS[point.kind]
             ax.plot(
@@ -90,18 +93,11 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     ax = _own_axes() if ax is None else ax
     if loop.branch is not None:
         inside = loop.branch.state == "middle"
-        ax.plot(
-            loop.branch.lam[inside],
-            loop.branch.alpha1[inside],
-            "--",
-            color=style.PLATE,
-            linewidth=1.4,
-            label="middle branch",
-        )
-    _sweeps(ax, _coordinates(loop.up), _coordinates(loop.down), r"$\lambda$")
+        _unvisited(ax, loop.branch.lam[inside], loop.branch.alpha1[inside], "middle branch")
+    up, down = ((sweep.lam, sweep.alpha1) for sweep in (loop.up, loop.down))
+    _sweeps(ax, up, down, r"$\lambda$")
     for jump in loop.jumps:
-        shade = style.PRESSURE if jump.direction == "up" else style.ADHESION
-        _arrow(ax, (jump.lam, jump.alpha1_before), (jump.lam, jump.alpha1_after), shade)
+        _arrow(ax, jump.direction, (jump.lam, jump.alpha1_before), (jump.lam, jump.alpha1_after))
     ax.set_xlabel(r"$\lambda = \beta_1 - \pi^4$")
     ax.set_ylabel(r"extra pressure $\alpha_1$")
     states = "solved states" if loop.source == "solver" else f"normal form: {loop.source}"
@@ -129,20 +125,12 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     """
     ax = _own_axes() if ax is None else ax
     T0, eta = loop.rod.adhesion_strength, loop.rod.eta
-    ax.plot(
-        loop.between.pressure / T0,
-        loop.between.length / eta,
-        "--",
-        color=style.PLATE,
-        linewidth=1.4,
-        label="unfolded states",
-    )
+    _unvisited(ax, loop.between.pressure / T0, loop.between.length / eta, "unfolded states")
     up, down = ((sweep.pressure / T0, sweep.length / eta) for sweep in (loop.up, loop.down))
     _sweeps(ax, up, down, r"$p$")
     for jump in loop.jumps:
-        shade = style.PRESSURE if jump.direction == "up" else style.ADHESION
         here, there = ((jump.pressure / T0, v / eta) for v in (jump.length_before, jump.length_after))
-        _arrow(ax, here, there, shade)
+        _arrow(ax, jump.direction, here, there)
     ax.set_xlabel(r"pressure $p/T_0$")
     ax.set_ylabel(r"detached length $\bar s/\eta$")
     ax.set_title(
@@ -169,8 +157,9 @@ def _named(potential: EffectivePotential) -> list[tuple[float, str]]:
     ]
 
 
-def _coordinates(sweep: Sweep) -> tuple[np.ndarray, np.ndarray]:
-    return sweep.lam, sweep.alpha1
+def _unvisited(ax: Axes, x: np.ndarray, y: np.ndarray, label: str) -> None:
+    """States between the two of a jump, which no sweep visits."""
+    ax.plot(x, y, "--", color=style.PLATE, linewidth=1.4, label=label)
 
 
 def _sweeps(
@@ -181,8 +170,11 @@ def _sweeps(
     ax.plot(*down, ".-", color=style.ADHESION, markersize=4, linewidth=1.0, label=f"{swept} falling")
 
 
-def _arrow(ax: Axes, here: tuple[float, float], there: tuple[float, float], shade: str) -> None:
+def _arrow(
+    ax: Axes, direction: Literal["up", "down"], here: tuple[float, float], there: tuple[float, float]
+) -> None:
     """An arrow head in the middle of a jump."""
+    shade = style.PRESSURE if direction == "up" else style.ADHESION
     middle = (0.5 * (here[0] + there[0]), 0.5 * (here[1] + there[1]))
     start = (0.45 * there[0] + 0.55 * here[0], 0.45 * there[1] + 0.55 * here[1])
     ax.annotate(

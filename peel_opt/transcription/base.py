@@ -10,6 +10,7 @@ and R has two equations fewer than x has entries: a question adds the other two.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ import scipy.sparse as sp
 
 from ..cohesion import Piece
 from ..elastica import FIELDS, Scalars
-from .compiled import DENSE_LIMIT, Compiled, Pattern
+from .compiled import Compiled, Pattern, is_dense
 
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]
@@ -158,12 +159,12 @@ class Discretisation(ABC):
     @cached_property
     def _linearise(self) -> tuple[Compiled, Pattern | None]:
         residual, jacobian = self.linearised(self.x)
-        if self.size <= DENSE_LIMIT:
+        if is_dense(jacobian.sparsity()):
             return Compiled(ca.Function("dense", [self.x], [residual, ca.densify(jacobian)])), None
         return Compiled(self.linearised), Pattern.of(self.linearised.sparsity_out(1))
 
     def linearise(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | sp.csc_matrix]:
-        """R and dR/dx as arrays; the latter sparse in systems above `DENSE_LIMIT`."""
+        """R and dR/dx as arrays; the latter sparse in large systems that are mostly zeros."""
         compiled, pattern = self._linearise
         residual, jacobian = compiled(x)
         return residual, jacobian if pattern is None else pattern.matrix(jacobian)
@@ -195,17 +196,23 @@ class Discretisation(ABC):
 
     def scalars(self, x: np.ndarray) -> Scalars:
         """The four scalars of a solution, as floats."""
-        return Scalars(*(float(v) for v in x[-4:]))
+        return Scalars(*x[-4:].tolist())
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
         """Lengths of all phases, shares of 1."""
-        free = x[self.field_count : self.size - 4]
+        if len(self.phases) == 1:
+            return np.ones(1)
+        free = x[self.field_count : -4]
         return np.append(free, 1.0 - free.sum())
 
     def profile(self, x: np.ndarray) -> Profile:
         """Sample a solution."""
         values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(FIELDS))
         return Profile(self.lengths(x), values, self.scalars(x))
+
+    def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
+        """Unknowns of the same solution on another mesh of the same phases."""
+        return finer.pack(self.profile(x))
 
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""
@@ -220,6 +227,11 @@ class Transcription(ABC):
     @abstractmethod
     def sure_gain(self) -> float:
         """Factor > 1 by which `refined` shrinks the error even before its order shows."""
+
+    @property
+    def most_gain(self) -> float:
+        """Factor by which `refined` shrinks the error in the end; infinite where there is no order."""
+        return math.inf
 
     @abstractmethod
     def discretise(self, phases: Phases) -> Discretisation:

@@ -16,8 +16,13 @@ import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 
-#: Systems below this size are solved dense.
-DENSE_LIMIT = 150
+#: Systems up to this size are solved dense, and larger ones of which so large a share is not zero.
+DENSE_LIMIT, DENSE_SHARE = 150, 0.3
+
+
+def is_dense(jacobian: ca.Sparsity) -> bool:
+    """Whether dense algebra is the faster way to solve with such a matrix."""
+    return jacobian.size2() <= DENSE_LIMIT or jacobian.nnz() > DENSE_SHARE * jacobian.numel()
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +57,19 @@ class Compiled:
             slot[:] = argument
         buffers.evaluate()
         return [result.copy(order="F") for result in buffers.results]
+
+    def many(self, *arguments: np.ndarray) -> list[np.ndarray]:
+        """Values of all outputs for each row of the arguments, stacked along the first axis."""
+        self(*(argument[0] for argument in arguments))
+        buffers = self._local.buffers
+        stacks = [np.empty((len(arguments[0]), *result.shape)) for result in buffers.results]
+        for i, row in enumerate(zip(*arguments, strict=True)):
+            for slot, argument in zip(buffers.arguments, row, strict=True):
+                slot[:] = argument
+            buffers.evaluate()
+            for stack, result in zip(stacks, buffers.results, strict=True):
+                stack[i] = result
+        return stacks
 
     def _allocate(self) -> _Buffers:
         function = self.function

@@ -78,8 +78,13 @@ class Shooting(Transcription):
 
     @property
     def sure_gain(self) -> float:
-        """Doubling the intervals gains 2^order in the end, and half that order from the start."""
-        return 2.0 ** (self.order / 2)
+        """Doubling the intervals gains about half the order from the start; half of that is sure."""
+        return 1.0 + 2.0 ** (self.order / 2 - 1)
+
+    @property
+    def most_gain(self) -> float:
+        """Doubling the intervals gains 2^order in the end."""
+        return 2.0**self.order
 
     def discretise(self, phases: Phases) -> ShootingDiscretisation:
         """Return the compiled problem for these phases."""

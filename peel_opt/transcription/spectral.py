@@ -35,6 +35,13 @@ def integration_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
     return 0.5 * integrals.T @ to_series
 
 
+def values_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
+    """Matrix from values at Gauss nodes to those of their polynomial at each ``zeta``."""
+    t, w = legendre.leggauss(nodes)
+    to_series = (np.arange(nodes) + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
+    return legendre.legvander(2.0 * np.asarray(zeta) - 1.0, nodes - 1) @ to_series
+
+
 @dataclass(frozen=True)
 class Spectral(Transcription):
     """Global Gauss collocation of (12a) in Theta''.
@@ -147,6 +154,14 @@ class SpectralDiscretisation(Discretisation):
             f.Y_tip + rise,
         )
 
+    def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
+        """Unknowns of the same solution on another mesh of the same phases."""
+        if not isinstance(finer, SpectralDiscretisation):
+            return super().prolonged(x, finer)
+        fields = x[: self.field_count].reshape(len(self.phases), self.local)
+        there = fields @ _prolongation(self.settings, finer.settings).T
+        return np.concatenate([there.ravel(), x[self.field_count :]])
+
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Theta'' of a profile at the nodes, from (12a)."""
         parts = []
@@ -155,6 +170,20 @@ class SpectralDiscretisation(Discretisation):
             A = profile.scalars.A
             parts.append(ny * np.cos(A * Theta) - nx * np.sin(A * Theta))
         return np.concatenate(parts)
+
+
+@lru_cache(maxsize=64)
+def _prolongation(coarse: Spectral, fine: Spectral) -> np.ndarray:
+    """Matrix from nodal values of one phase to those at the nodes of another mesh."""
+    nodes, _ = gauss(fine.nodes)
+    zeta = np.concatenate([(e + nodes) / fine.elements for e in range(fine.elements)])
+    element = np.minimum((zeta * coarse.elements).astype(int), coarse.elements - 1)
+    matrix = np.zeros((len(zeta), coarse.nodes * coarse.elements))
+    for e in np.unique(element):
+        here = element == e
+        columns = slice(e * coarse.nodes, (e + 1) * coarse.nodes)
+        matrix[here, columns] = values_matrix(coarse.nodes, zeta[here] * coarse.elements - e)
+    return matrix
 
 
 @lru_cache(maxsize=128)

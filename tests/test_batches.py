@@ -1,0 +1,86 @@
+"""Points filled in between those of a walk, and the errors of many points at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from peel_opt.arclength import chart
+from peel_opt.batches import filled, point_errors
+from peel_opt.closures import Closure, Plane
+from peel_opt.cohesion import COHESIVE, LINEAR
+from peel_opt.continuation import Family, Point, StepControl
+from peel_opt.named_laws import exponential
+from peel_opt.primary import PrimaryBranch
+from peel_opt.transcription import Shooting, Spectral
+
+
+def walk(family: Family, until: float, side: int = 1) -> list[Point]:
+    """Points of a primary branch up to a tip angle."""
+    branch = PrimaryBranch(family, side, control=StepControl(largest=0.25))
+    branch.extend(lambda point: abs(point.scalars.A) > until or point.scalars.lam > 100.0)
+    return branch.points
+
+
+FAMILIES = {
+    "beta0 = 4": Family(LINEAR, Spectral(16), Closure("length", 4.0 ** (1 / 3))),
+    "r = 1": Family(COHESIVE, Spectral(24), Closure("ratio", 1.0)),
+    "r = 0.05": Family(COHESIVE, Spectral(24), Closure("ratio", 0.05)),
+    "r = 300": Family(COHESIVE, Spectral(36), Closure("ratio", 300.0)),
+    "exponential": Family(exponential(), Spectral(24), Closure("ratio", 0.6)),
+}
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES.keys())
+def test_filled_points_lie_on_the_branch_in_order(family: Family) -> None:
+    points = walk(family, 2.0)
+    dense = filled(family, points, 0.02)
+    assert {id(p) for p in points} <= {id(p) for p in dense}
+    arclengths = np.array([p.arclength for p in dense])
+    assert np.all(np.diff(arclengths) > 0.0)
+    assert np.diff(arclengths).max() < 0.03
+    for here, there in pairwise(dense):  # no corner, no jump, and tangents that agree with the chords
+        chord = there.place - here.place
+        assert here.direction @ there.direction > StepControl().turn
+        assert chord @ here.direction > 0.7 * np.linalg.norm(chord)
+        assert family.suits(there.profile, there.problem)
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES.keys())
+def test_filled_points_solve_the_equations_as_walked_ones_do(family: Family) -> None:
+    dense = filled(family, walk(family, 2.0), 0.05)
+    for point in dense[1::4]:
+        _, again = family.solve(point.profile, Plane.across(point.place, point.direction))
+        assert np.linalg.norm(chart(again.x[-4:])[0] - point.place) < 1e-10 * (1.0 + np.abs(point.x).max())
+        own = family.point(point.problem, point.x, point.direction, 0.0, 0)
+        np.testing.assert_allclose(own.direction, point.direction, atol=1e-7)
+
+
+def test_a_mesh_too_large_for_dense_algebra_is_walked_instead() -> None:
+    family = replace(FAMILIES["beta0 = 4"], transcription=Shooting(intervals=40))
+    points = walk(family, 0.5)
+    dense = filled(family, points, 0.05)
+    assert len(dense) > len(points)
+    reference = filled(FAMILIES["beta0 = 4"], walk(FAMILIES["beta0 = 4"], 0.5), 0.05)
+    lam = np.interp(
+        [p.scalars.A for p in dense], *np.array([(p.scalars.A, p.scalars.lam) for p in reference]).T
+    )
+    np.testing.assert_allclose([p.scalars.lam for p in dense], lam, atol=0.02)
+
+
+@pytest.mark.parametrize("nodes", [6, 8, 10, 12])
+@pytest.mark.parametrize("name", ["beta0 = 4", "r = 1", "r = 0.05"])
+def test_errors_of_points_are_honest(name: str, nodes: int) -> None:
+    family = replace(FAMILIES[name], transcription=Spectral(nodes))
+    exact = replace(FAMILIES[name], transcription=Spectral(44))
+    points = walk(family, 1.5)[1:]
+    errors = point_errors(family, points).total
+    for point, error in zip(points, errors, strict=True):
+        found = exact.solve(point.profile, Plane.across(point.place, point.direction))
+        assert found is not None
+        true = float(np.linalg.norm(chart(found[1].x[-4:])[0] - point.place))
+        assert true <= error
+        assert error <= 100.0 * true + 1e-11
