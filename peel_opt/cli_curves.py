@@ -1,4 +1,4 @@
-"""The commands that compute curves: ``peel-opt trace`` and ``peel-opt figures``."""
+"""The commands that compute curves: ``peel-opt trace``, ``hysteresis`` and ``figures``."""
 
 from __future__ import annotations
 
@@ -8,9 +8,15 @@ from typing import Any
 from .cli_common import OK, AddCommand, has_rod, rod_from, rod_options, say, tolerance
 from .errors import InvalidInput
 
+#: What `peel_opt.figures` draws.
+NAMES = "3 to 10, p-min, flaw-chart, fold-curve, method-map, work-precision"
+
+#: Where the states of a loop at fixed beta0 come from: "solver", or the normal form of this name.
+FORMS = ("solver", "paper", "exact", "uniform")
+
 
 def add_commands(command: AddCommand) -> None:
-    """Add ``trace`` and ``figures`` to the command line."""
+    """Add ``trace``, ``hysteresis`` and ``figures`` to the command line."""
     trace = command("trace", "a whole branch of equilibria with its special points", _trace)
     trace.add_argument("--beta0", type=float, metavar="B", help="trace at this beta0 instead of for a rod")
     trace.add_argument(
@@ -21,34 +27,50 @@ def add_commands(command: AddCommand) -> None:
     trace.add_argument("--mode", type=int, default=1, help="2, 3, ... for the branches from (mode pi)^4")
     trace.add_argument("--points", type=int, metavar="N", help="least number of points (128)")
     trace.add_argument("--tol", type=tolerance, help="largest error of a point (1e-10)")
-    trace.add_argument("--json", action="store_true", help="print one JSON document")
-    trace.add_argument("--out", metavar="DIR", help="also write NPZ, CSV and a picture here")
-    trace.add_argument("--no-plot", action="store_true", help="no picture under --out")
+    _outputs(trace)
+
+    loop = command("hysteresis", "what a rod does when the load is swept up and back down", _hysteresis)
+    loop.add_argument("--beta0", type=float, metavar="B", help="sweep lambda at this beta0, not a rod's p")
+    loop.add_argument("--lam", nargs=2, type=float, metavar=("LO", "HI"), help="what is swept (with --beta0)")
+    rod_options(loop)
+    loop.add_argument("--convention", choices=("delay", "maxwell"), help="when a state is given up (delay)")
+    loop.add_argument("--form", choices=FORMS, help="solve for the states, or read them off a normal form")
+    loop.add_argument("--points", type=int, metavar="N", help="values of the swept number each way (41)")
+    loop.add_argument("--tol", type=tolerance, help="largest error of a solved state (1e-10; of a rod 1e-8)")
+    _outputs(loop)
 
     figures = command("figures", "the figures of the paper, recomputed, and charts beyond them", _figures)
-    figures.add_argument("names", nargs="*", metavar="N", help="4 to 10, p-min, fold-curve; by default all")
+    figures.add_argument("names", nargs="*", metavar="N", help=f"of {NAMES}; by default all")
     figures.add_argument("--out", metavar="DIR", default="figures", help="where PDF and PNG go (figures)")
     figures.add_argument("--points", type=int, metavar="N", help="points on each curve")
 
 
-def _trace(arguments: argparse.Namespace) -> int:
-    """Trace a branch, print its special points, and write it."""
+def _outputs(sub: argparse.ArgumentParser) -> None:
+    """Add the options that say where the result goes."""
+    sub.add_argument("--json", action="store_true", help="print one JSON document")
+    sub.add_argument("--out", metavar="DIR", help="also write NPZ, CSV and a picture here")
+    sub.add_argument("--no-plot", action="store_true", help="no picture under --out")
+
+
+def _asked(arguments: argparse.Namespace, names: tuple[str, ...], whole: str) -> dict[str, Any]:
+    """Return the options that are given, with what they are about: --beta0, or a rod."""
     if (arguments.beta0 is not None) == has_rod(arguments):
         raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
-    if arguments.lam is not None and arguments.beta0 is None:
-        raise InvalidInput(
-            "--lam is the window of a branch at fixed --beta0; a rod's branch is traced whole."
-        )
-    names = ("law", "mode", "points", "tol")
     options: dict[str, Any] = {
         name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None
     }
-    if arguments.beta0 is not None:
-        options["beta0"] = arguments.beta0
+    if arguments.beta0 is None:
         if arguments.lam is not None:
-            options["lam"] = tuple(arguments.lam)
-    else:
-        options["rod"] = rod_from(arguments)
+            raise InvalidInput(f"--lam goes with a fixed --beta0; {whole}.")
+        return options | {"rod": rod_from(arguments)}
+    if arguments.lam is not None:
+        options["lam"] = tuple(arguments.lam)
+    return options | {"beta0": arguments.beta0}
+
+
+def _trace(arguments: argparse.Namespace) -> int:
+    """Trace a branch, print its special points, and write it."""
+    options = _asked(arguments, ("law", "mode", "points", "tol"), "a rod's branch is traced whole")
 
     from .branch_report import branch_record, special_table, write_branch
     from .report import as_json, make_folder
@@ -61,6 +83,28 @@ def _trace(arguments: argparse.Namespace) -> int:
     if folder is not None:
         branch = write_branch(branch, folder, picture=not arguments.no_plot)
     say(as_json(branch_record(branch)) if arguments.json else special_table(branch))
+    return OK
+
+
+def _hysteresis(arguments: argparse.Namespace) -> int:
+    """Sweep a load up and down, print the jumps and the area, and write the states."""
+    names = ("convention", "points", "tol")
+    options = _asked(arguments, names, "a rod is swept from below its least pressure to T0")
+    if arguments.form not in (None, "solver"):
+        from .landau import NormalForm
+
+        options["form"] = getattr(NormalForm, arguments.form)()
+
+    from .loop_report import loop_record, loop_table, write_loop
+    from .report import as_json, make_folder
+
+    folder = None if arguments.out is None else make_folder(arguments.out)
+    from .hysteresis_loops import hysteresis
+
+    loop = hysteresis(**options)
+    if folder is not None:
+        write_loop(loop, folder, picture=not arguments.no_plot)
+    say(as_json(loop_record(loop)) if arguments.json else loop_table(loop))
     return OK
 
 

@@ -9,7 +9,8 @@ import pytest
 import peel_opt as po
 from peel_opt import figures
 from peel_opt.cli import main
-from peel_opt.figures import rod_shapes
+from peel_opt.cli_curves import NAMES
+from peel_opt.figures import rod_shapes, three_kinds, work_precision
 from peel_opt.figures.minimum_pressure import minimum_pressure, slender
 from peel_opt.figures.pressure_profiles import linear_profile
 
@@ -25,6 +26,68 @@ def texts(figure):
 
 def numbers(text):
     return [float(number) for number in re.findall(r"-?\d+\.\d+", text.replace("\N{MINUS SIGN}", "-"))]
+
+
+def test_figure_3_has_one_solution_of_each_kind():
+    acceptable, too_high, below = (three_kinds.solved(kind) for kind in three_kinds.KINDS)
+    assert acceptable.valid
+    assert not too_high.valid
+    assert "y > y0" in too_high.flags
+    assert (below.y <= 0.0).all()
+    for eq in (acceptable, too_high, below):
+        # y_tip = 2 y0 (1 - p/T0) on every branch of the linear law.
+        tip = eq.y[0] * eq.beta1 / eq.beta0
+        assert tip == pytest.approx(2.0 * (1.0 - eq.pressure_ratio), abs=1e-10)
+    found = numbers(texts(figures.figure_3()))
+    for value in (0.925709, 1.666176, -0.272464, 0.477468):
+        assert value in found
+    # What law (8) says of (c): by collocation, another method than the figure's.
+    rod = po.Rod.from_ratio(too_high.ratio)
+    other = po.pressure_given_length(rod, too_high.length_ratio, method="collocation")
+    assert other.pressure_ratio == pytest.approx(0.477468, abs=1e-6)
+
+
+def test_figure_7_has_the_papers_numbers_beside_the_exact_ones():
+    left, right = figures.figure_7().axes
+    printed, exact = (numbers("\n".join(t.get_text() for t in ax.get_legend().texts)) for ax in (left, right))
+    assert {-0.2658, -0.2363} < set(printed)
+    assert {-0.2682, -0.2384} < set(exact)
+
+
+def test_figure_9_shows_that_the_length_is_not_proportional_to_eta():
+    left, right = figures.figure_9(points=40).axes
+    (ratio, over_y0), (_, over_eta) = (ax.lines[1].get_data() for ax in (left, right))
+    known = np.isfinite(over_y0)
+    assert ratio[known][0] == pytest.approx(0.5, abs=0.06)
+    np.testing.assert_allclose(over_eta[known] * ratio[known], over_y0[known], rtol=1e-12)
+    assert over_y0[-1] == pytest.approx(5.215062, abs=1e-5)
+    assert over_eta[known][0] / over_eta[-1] == pytest.approx(1.28, abs=0.02)
+
+
+def test_the_fold_curve_is_one_curve_in_two_parts():
+    ax = figures.figure_fold_curve(points=60).axes[0]
+    paper, first, second = (ax.lines[i].get_xydata() for i in range(3))
+    assert first[-1] == pytest.approx(second[0])
+    assert first[-1] == pytest.approx([36.1149, -59.0833], abs=1e-3)
+    assert first[:, 0].max() == pytest.approx(37.5458, abs=1e-3)
+    assert np.interp(4.0, *paper.T) == pytest.approx(-0.2658, abs=2e-2)
+
+
+def test_the_flaw_chart_ends_at_the_minimum_pressure():
+    figure = figures.figure_flaw_chart(points=POINTS)
+    length, pressure = figure.axes[0].lines[0].get_data()
+    critical = np.pi * (2.3e-5 * 0.73e-3 / 140e3) ** 0.25  # (20), in metres
+    assert (length[0], pressure[0]) == (pytest.approx(1e3 * critical), pytest.approx(140.0))
+    assert pressure[-1] == pytest.approx(25.942, abs=1e-3)
+    assert "closes" in texts(figure)
+
+
+def test_work_precision_shows_every_method_on_both_questions(monkeypatch):
+    monkeypatch.setattr(work_precision, "TOLS", (1e-3,))
+    left, right = figures.figure_work_precision(repeats=1).axes
+    names = [{text.get_text() for text in ax.get_legend().texts} for ax in (left, right)]
+    assert names[0] == {"series", "spectral", "collocation", "shooting", "solve_bvp"}
+    assert names[1] == names[0] - {"series"}  # it does not reach below T0/2
 
 
 def test_figure_4_shows_three_traced_folds():
@@ -132,7 +195,7 @@ def test_progress_is_shown_to_people_only(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((["3"],), "no figure '3'"),
+        ((["2"],), "no figure '2'"),
         ((["4"], "{tmp}/file/under"), "cannot make the folder"),
     ],
 )
@@ -143,6 +206,12 @@ def test_what_cannot_be_made_is_said(arguments, words, tmp_path):
         figures.make(names, *(o.format(tmp=tmp_path) for o in out))
     with pytest.raises(po.InvalidInput, match="at least 8"):
         figures.make(["4"], tmp_path, points=3)
+
+
+def test_the_help_names_every_figure():
+    assert all(name.isdigit() or name in NAMES for name in figures.FIGURES)
+    assert [name for name in figures.FIGURES if name.isdigit()] == [str(n) for n in range(3, 11)]
+    assert NAMES.startswith("3 to 10")
 
 
 def test_figures_command(tmp_path, capsys):

@@ -21,6 +21,9 @@ DIFFERENCE = r"$\lambda$ of (33) $-\ \lambda$"
 #: Blue, orange and green as in the paper, in shades that colour-blind readers can tell apart.
 FIGURE_4_COLOURS = {0.0: "#0072B2", 2.0: "#E69F00", 4.0: "#009E73"}
 
+#: Lines that tell them apart in grey.
+FIGURE_4_LINES: dict[float, Any] = {0.0: "-", 2.0: (0, (7.0, 1.5)), 4.0: (0, (3.0, 1.2, 1.0, 1.2))}
+
 LOWER, MIDDLE = style.ADHESION, style.RANGE
 INSET_LAM = 0.25
 _NOTE: dict[str, Any] = {"fontsize": look.SMALL, "color": look.NOTE}
@@ -46,7 +49,8 @@ def figure_4(points: int = 160) -> Figure:
         alpha1, lam, _ = _normal_form(branch)
         label = "(33), $a_1 = -7.29$, $a_2 = 0.696$" if beta0 == 4.0 else None
         main.plot(lam, alpha1, color="black", linewidth=0.9, linestyle=(0, (4.0, 2.5)), zorder=5, label=label)
-        beside.plot(lam - branch.lam, alpha1, color=colour, linewidth=1.6)
+        beside.plot(lam - branch.lam, alpha1, color=colour, linewidth=1.6, linestyle=FIGURE_4_LINES[beta0])
+        _name(main, branch, rf"$\beta_0 = {beta0:g}$", colour)
         for fold in branch.special("LP-lambda"):
             main.plot(
                 fold.lam, fold.alpha1, "s", color=colour, markeredgecolor="white", markersize=6, zorder=6
@@ -120,14 +124,21 @@ def _diagram(main: Axes, beside: Axes, branch: Branch, letter: str) -> None:
     )
     folds = branch.special("LP-lambda")
     bend = folds[0].alpha1 if folds else 0.0
-    parts = [
-        ("spurious, $y < 0$", branch.alpha1 >= 0.0, look.SPURIOUS),
-        ("middle, traced", (branch.alpha1 <= 0.0) & (branch.alpha1 >= bend), MIDDLE),
-        ("lower, traced", branch.alpha1 <= bend, LOWER),
+    parts: list[tuple[str, np.ndarray, str, Any]] = [
+        ("spurious, $y < 0$", branch.alpha1 >= 0.0, look.SPURIOUS, "-"),
+        ("middle, traced", (branch.alpha1 <= 0.0) & (branch.alpha1 >= bend), MIDDLE, (0, (1.6, 0.5))),
+        ("lower, traced", branch.alpha1 <= bend, LOWER, "-"),
     ]
-    for name, rows, colour in parts:
+    for name, rows, colour, line in parts:
         if np.count_nonzero(rows) > 1:
-            main.plot(_only(branch.lam, rows), branch.alpha1, color=colour, linewidth=2.8, label=name)
+            main.plot(
+                _only(branch.lam, rows),
+                branch.alpha1,
+                color=colour,
+                linestyle=line,
+                linewidth=2.8,
+                label=name,
+            )
     alpha1, lam, exact = _normal_form(branch)
     main.plot(lam, alpha1, label="(33), the paper's numbers", **look.PAPER_LINE)
     beside.plot(lam - branch.lam, alpha1, label="the paper's", **look.PAPER_LINE)
@@ -163,6 +174,17 @@ def _diagram(main: Axes, beside: Axes, branch: Branch, letter: str) -> None:
     beside.locator_params(axis="x", nbins=3)
     where = {"loc": "center right", "bbox_to_anchor": (1.05, 0.36)} if beta0 < 9.0 else {"loc": "lower right"}
     look.legend(beside, handlelength=1.8, **where)
+
+
+def _name(ax: Axes, branch: Branch, text: str, colour: str) -> None:
+    """Write the name of a branch on its lower part, where the branches are far apart."""
+    low = np.flatnonzero(branch.alpha1 < 0.0)
+    i = low[np.argmin(np.abs(branch.lam[low] - 0.62) + (branch.lam[low] < 0.0))]
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+    ax.text(
+        branch.lam[i], branch.alpha1[i], text, color=colour, fontsize=look.SMALL, ha="center", va="center",
+        bbox=box, zorder=7,
+    )  # fmt: skip
 
 
 def _normal_form(branch: Branch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -132,8 +132,10 @@ def _as_printed(ax: Axes, traced: dict[float, Branch]) -> None:
             branch.pressure_ratio,
             color=colour,
             linewidth=1.8,
-            label=rf"$\eta/y_0 = {ratio:g}$",
         )
+        at_T = ratio * float(branch.length_ratio[0])
+        name = rf"$\eta/y_0 = {ratio:g}$" if ratio == RATIOS[0] else f"{ratio:g}"
+        ax.annotate(name, (at_T, 1.0), (0, 5), textcoords="offset points", ha="center", fontsize=look.SMALL)
         rod = Rod.from_ratio(ratio)
         sigma = _from_fold(rod, longest, 400)
         ax.plot(
@@ -146,6 +148,5 @@ def _as_printed(ax: Axes, traced: dict[float, Branch]) -> None:
     ax.set_xscale("log")
     ax.set_xlim(0.25, 12.0)
     ax.set_xticks([0.3, 1.0, 3.0, 10.0], ["0.3", "1", "3", "10"])
-    ax.set_ylim(-0.33, 1.06)
+    ax.set_ylim(-0.33, 1.12)
     look.tidy(ax, r"$\bar s/y_0$", r"$p/T_0$", "together: law (8) solid, (38) dashed")
-    look.legend(ax, loc="lower left", ncol=3, columnspacing=1.0, handlelength=1.6)

@@ -111,8 +111,8 @@ def _panel(ax: Axes, printed: Printed, points: int) -> tuple[str, ...]:
     title = rf"({printed.letter})  $\bar s = {printed.length}\,y_0$, {groups}"
     look.tidy(ax, "$x/y_0$", "$y/y_0$", title)
     return (
-        rf"$\alpha$, (33) as printed: {printed.by_form:.2f}",
-        rf"$\alpha$, solver as printed: {printed.by_solver:.2f}",
+        rf"$\alpha$, (33) as printed: {printed.by_form:g}",
+        rf"$\alpha$, solver as printed: {printed.by_solver:g}",
         rf"$\alpha$ computed here: {eq.alpha:.7f}",
         rf"hence $p/T_0 = {eq.pressure_ratio:.6f}$",
         verdict,
