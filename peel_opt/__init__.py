@@ -8,13 +8,21 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from .answer import Method
-    from .branch import Branch, SpecialPoint
-    from .cohesion import CohesiveLaw, exponential, trapezoidal
+    from .branch import Branch
+    from .branch_parts import SpecialPoint
+    from .calibration_data import MeasuredShape, Measurements
+    from .calibration_files import read_measurements, read_shape
+    from .calibration_fit import calibrate
+    from .calibration_result import Calibration
+    from .cohesion import CohesiveLaw
     from .design_relations import maxwell_length
+    from .design_targets import Target
     from .detachment import equilibrium, length_given_pressure, pressure_given_length
     from .errors import (
         AmbiguousState,
+        AtFold,
         CardError,
+        Infeasible,
         InvalidInput,
         MissingExtra,
         NoEquilibrium,
@@ -22,21 +30,29 @@ if TYPE_CHECKING:
         NotConverged,
         OutOfRange,
         PeelOptError,
+        WorkersLost,
     )
     from .flaws import critical_flaw, readhesion_pressure, safe_pressure
     from .fold_curves import FoldCurve, fold_curve
     from .fold_optimum import least_lambda
     from .following import Walk, follow
     from .hysteresis_loops import hysteresis
+    from .implicit_derivatives import Sensitivities, sensitivities
+    from .inverse_design import Design, design
     from .landau import NormalForm
     from .many_states import equilibria
     from .maxwell_points import maxwell_curve
+    from .named_laws import exponential, trapezoidal
     from .nlp import Ipopt
+    from .propagation import uncertainty
+    from .propagation_result import Uncertainty
     from .reduction import lyapunov_schmidt
     from .result import Equilibrium
     from .rod import Rod
     from .small_motions import Stability, control_table, stability
     from .stability_along import stability_changes
+    from .sweep_table import Sweep
+    from .sweeping import sweep
     from .traced_potential import branch_potential
     from .tracing import trace
     from .transcription import Collocation, Shooting, Spectral
@@ -47,8 +63,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "Rod": "rod",
     "CohesiveLaw": "cohesion",
-    "exponential": "cohesion",
-    "trapezoidal": "cohesion",
+    "exponential": "named_laws",
+    "trapezoidal": "named_laws",
     "Equilibrium": "result",
     "pressure_given_length": "detachment",
     "length_given_pressure": "detachment",
@@ -75,14 +91,25 @@ _HOMES = {
     "Walk": "following",
     "equilibria": "many_states",
     "Branch": "branch",
-    "SpecialPoint": "branch",
+    "SpecialPoint": "branch_parts",
     "lyapunov_schmidt": "reduction",
     "NormalForm": "landau",
     "branch_potential": "traced_potential",
     "maxwell_curve": "maxwell_points",
     "maxwell_length": "design_relations",
     "hysteresis": "hysteresis_loops",
+    "design": "inverse_design",
+    "Design": "inverse_design",
+    "Target": "design_targets",
+    "Sensitivities": "implicit_derivatives",
+    "sensitivities": "implicit_derivatives",
     "Ipopt": "nlp",
+    "calibrate": "calibration_fit",
+    "Calibration": "calibration_result",
+    "Measurements": "calibration_data",
+    "MeasuredShape": "calibration_data",
+    "read_measurements": "calibration_files",
+    "read_shape": "calibration_files",
     "PeelOptError": "errors",
     "InvalidInput": "errors",
     "CardError": "errors",
@@ -90,20 +117,33 @@ _HOMES = {
     "AmbiguousState": "errors",
     "NotConverged": "errors",
     "NotCertified": "errors",
+    "AtFold": "errors",
+    "Infeasible": "errors",
     "OutOfRange": "errors",
+    "WorkersLost": "errors",
+    "sweep": "sweeping",
+    "Sweep": "sweep_table",
+    "uncertainty": "propagation",
+    "Uncertainty": "propagation_result",
     "MissingExtra": "errors",
 }
 
 __all__ = [
     "AmbiguousState",
+    "AtFold",
     "Branch",
+    "Calibration",
     "CardError",
     "CohesiveLaw",
     "Collocation",
+    "Design",
     "Equilibrium",
     "FoldCurve",
+    "Infeasible",
     "InvalidInput",
     "Ipopt",
+    "MeasuredShape",
+    "Measurements",
     "Method",
     "MissingExtra",
     "NoEquilibrium",
@@ -113,15 +153,22 @@ __all__ = [
     "OutOfRange",
     "PeelOptError",
     "Rod",
+    "Sensitivities",
     "Shooting",
     "SpecialPoint",
     "Spectral",
     "Stability",
+    "Sweep",
+    "Target",
+    "Uncertainty",
     "Walk",
     "WorkPrecision",
+    "WorkersLost",
     "branch_potential",
+    "calibrate",
     "control_table",
     "critical_flaw",
+    "design",
     "energies",
     "equilibria",
     "equilibrium",
@@ -135,13 +182,18 @@ __all__ = [
     "maxwell_curve",
     "maxwell_length",
     "pressure_given_length",
+    "read_measurements",
+    "read_shape",
     "readhesion_pressure",
     "safe_pressure",
+    "sensitivities",
     "stability",
     "stability_changes",
+    "sweep",
     "trace",
     "tradeoff",
     "trapezoidal",
+    "uncertainty",
 ]
 
 

@@ -70,6 +70,24 @@ class NotCertified(PeelOptError):
     status = "not-certified"
 
 
+class AtFold(PeelOptError):
+    """A derivative was asked for at a fold, where there is none."""
+
+    status = "at-fold"
+
+
+class Infeasible(PeelOptError):
+    """No design within the bounds meets all targets."""
+
+    status = "infeasible"
+
+
+class WorkersLost(PeelOptError):
+    """The processes that share the work died, or do not compute alike."""
+
+    status = "workers-lost"
+
+
 class OutOfRange(PeelOptError):
     """The question lies outside the range this version is tested for."""
 

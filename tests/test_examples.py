@@ -121,6 +121,16 @@ def test_normal_form_errors(tmp_path: Path) -> None:
     assert (tmp_path / "errors.png").stat().st_size > 10_000
 
 
+def test_inverse_design() -> None:
+    import peel_opt as po
+
+    found = load("inverse_design").main()
+    assert found["by length"].free["thickness"] == pytest.approx(1.0692e-3, rel=1e-4)
+    assert po.critical_flaw(found["thinnest"].rod, 10e3).length == pytest.approx(6e-3, rel=1e-7)
+    assert po.readhesion_pressure(found["thickest that heals"].rod).pressure == pytest.approx(500.0, rel=1e-7)
+    assert found["thinnest"].free["thickness"] < found["thickest that heals"].free["thickness"]
+
+
 def test_every_example_is_tested_above() -> None:
     assert {f"test_{path.stem}" for path in EXAMPLES} <= set(globals())
 
@@ -163,3 +173,12 @@ def test_stability_map(tmp_path: Path) -> None:
     assert kinds[:4] == ["index 1", "stable", "flutter", "flutter even under drag"]
     assert found[0.5][0][2] == pytest.approx(-2.04257752, abs=2e-6)
     assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_pressure_chart_sweep(tmp_path: Path) -> None:
+    module = load("pressure_chart_sweep")
+    module.STRENGTHS, module.LENGTHS = module.STRENGTHS[[4, 8]], module.LENGTHS[[0, 6]]
+    chart = module.main(str(tmp_path / "chart.png"), workers=1)
+    assert chart["status"].tolist() == [["no-equilibrium", "certified"], ["no-equilibrium", "certified"]]
+    assert chart["pressure"][:, 1] == pytest.approx([142148.524663, 151557.286544], rel=1e-8)
+    assert (tmp_path / "chart.png").stat().st_size > 10_000

@@ -1,0 +1,36 @@
+"""Which stiffness a wound dressing needs, and the thinnest film that a known flaw does not lift.
+
+A dressing of silicone on skin: work of separation 10 J/m^2, strength 20 kPa, both by order of
+magnitude.  The suction of a vacuum therapy, 10 kPa, must not peel it on from a lifted edge 6 mm
+long; and it should lie flat again by itself once the pressure is below 0.5 kPa.
+"""
+
+import peel_opt as po
+
+DRESSING = {
+    "youngs_modulus": "1 MPa",
+    "poisson_ratio": 0.5,
+    "adhesion_strength": "20 kPa",
+    "work_of_separation": "10 J/m^2",
+}
+
+
+def main() -> dict[str, po.Design]:
+    """Return a film by its Maxwell length, the thinnest for the edge, and the thickest that heals."""
+    by_length = po.design(
+        DRESSING,
+        free={"thickness": ("0.1 mm", "5 mm")},
+        targets=po.Target("maxwell_length", equal="5 mm"),
+    )
+    edge = po.Target("critical_flaw", at_least="6 mm", pressure="10 kPa")
+    thinnest = po.design(DRESSING, free={"thickness": ("1 mm", "5 mm")}, targets=edge, minimise="thickness")
+    heals = po.Target("readhesion_pressure", at_least="0.5 kPa")
+    both = po.design(
+        DRESSING, free={"thickness": ("1 mm", "5 mm")}, targets=[edge, heals], maximise="thickness"
+    )
+    return {"by length": by_length, "thinnest": thinnest, "thickest that heals": both}
+
+
+if __name__ == "__main__":
+    for name, found in main().items():
+        print(f"{name}:\n{found}\n")

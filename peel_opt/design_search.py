@@ -1,0 +1,323 @@
+"""The search for a design: a scan that says where to start, and IPOPT from there.
+
+Every way to meet the targets is tried: a critical flaw is long enough also where every flaw heals.
+Each step of the search ends at states that are solved for anew by the public calls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
+
+import numpy as np
+
+from . import design_programme
+from .checks import positive
+from .design_blocks import Block, block_at
+from .design_material import Free, Material, material
+from .design_programme import Outcome
+from .design_targets import Achieved, Requirement, Target, shortfall
+from .errors import InvalidInput, PeelOptError
+from .question import RATIOS
+from .rod import Rod
+
+#: Designs looked at before the programme starts: along one free number, and over several.
+SCAN, SCAN_OF_SEVERAL = 17, 24
+
+#: Best of them from which the programme is started.
+STARTS = 2
+
+#: What the best of them may miss, as a logarithm, for another way to meet the targets to be tried.
+FAR_OFF = 1.0
+
+#: How far a logarithm may move in a first step, the least such reach, and how many steps.
+REACH, SHORTEST_REACH, MOST_STEPS = 0.5, 1e-3, 40
+
+#: Rise of the merit that is put down to rounding.
+SETTLED = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A scanned design on which all requirements have a value."""
+
+    z: np.ndarray
+    blocks: tuple[Block, ...]
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What the blocks stand for."""
+        return tuple(b.requirement for b in self.blocks)
+
+    def alike(self, other: Candidate) -> bool:
+        """Whether both have the same equations: the same phases of the law."""
+        return [b.structure for b in self.blocks] == [b.structure for b in other.blocks]
+
+    @property
+    def missed(self) -> float:
+        """Sum of what the requirements miss."""
+        return math.fsum(shortfall(b.requirement.sense, b.value, b.requirement.value) for b in self.blocks)
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """A design that the public calls confirm."""
+
+    z: np.ndarray
+    achieved: tuple[Achieved, ...]
+    requirements: tuple[Requirement, ...]
+    multipliers: np.ndarray
+    iterations: int
+    settled: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """What comes closest to the targets, and by how much it misses them."""
+
+    z: np.ndarray
+    achieved: tuple[Achieved, ...]
+    missed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Designs, the best first; if there are none, what comes closest, if anything.
+
+    ``samples`` are the designs that were looked at.
+    """
+
+    designs: tuple[Verified, ...]
+    closest: Reached | None
+    samples: tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A design problem in terms of the logarithms of the free numbers."""
+
+    material: Material
+    targets: tuple[Target, ...]
+    objective: np.ndarray
+    of: str
+    square: bool
+    tol: float
+
+    @classmethod
+    def posed(
+        cls,
+        known: Rod | Mapping[str, object],
+        free: Free,
+        targets: Target | Sequence[Target],
+        minimise: str | None,
+        maximise: str | None,
+        tol: float,
+    ) -> Search:
+        """Check that the question determines an answer."""
+        stuff = material(known, free)
+        wanted = (targets,) if isinstance(targets, Target) else tuple(targets)
+        if not wanted or not all(isinstance(t, Target) for t in wanted):
+            raise InvalidInput(
+                "a design needs at least one Target.", remedy='Target("maxwell_length", equal="2 mm").'
+            )
+        if minimise is not None and maximise is not None:
+            raise InvalidInput("give minimise or maximise, not both.")
+        of = minimise or maximise
+        if of is not None and of not in stuff.free:
+            raise InvalidInput(f"{of!r} is not free.", remedy=f"Free are {', '.join(stuff.free)}.")
+        equal = sum(t.sense == "equal" for t in wanted)
+        if equal > len(stuff.free):
+            raise InvalidInput(f"{equal} targets to be met exactly need as many free numbers.")
+        square = equal == len(stuff.free) == len(wanted)
+        if of is None and not square:
+            raise InvalidInput(
+                f"{len(stuff.free)} free numbers and {equal} targets to be met exactly leave a choice.",
+                remedy="Say which free number to minimise= or maximise=.",
+            )
+        of = of or stuff.free[0]
+        objective = np.array([float(name == of) for name in stuff.free]) * (-1.0 if maximise else 1.0)
+        return cls(stuff, wanted, objective, of, square, positive("tol", tol))
+
+    def run(self) -> Found:
+        """Search every way to meet the targets, the most promising first."""
+        found: list[Verified] = []
+        samples = self._samples()
+        every = product(*(t.alternatives() for t in self.targets))
+        ways = [self._ranked(samples, way) for way in every if not _contradictory(way)]
+        ways = sorted((way for way in ways if way), key=lambda way: way[0].missed)
+        for ranked in ways:
+            if found and ranked[0].missed > FAR_OFF:
+                break
+            for start in self._brackets(ranked) or ranked[: 1 if found else STARTS]:
+                verified = self._solved(start)
+                if verified is not None and self._is_new(verified, found):
+                    found.append(verified)
+        closest = None if found else self._closest([ranked[0] for ranked in ways])
+        if isinstance(closest, Verified):
+            found, closest = [closest], None
+        # What meets the targets but has not come to an optimum is the last resort.
+        found.sort(key=lambda v: (not v.settled, self._preference(v)))
+        return Found(tuple(found), closest, tuple(samples))
+
+    # --- where to start -------------------------------------------------------------------
+
+    def _samples(self) -> list[np.ndarray]:
+        """Designs within the bounds whose branch can be walked; the given one first."""
+        low, high = self.material.lower, self.material.upper
+        if len(low) == 1:
+            ends = self._walkable(float(low[0]), float(high[0]))
+            grid = [] if ends is None else [np.array([v]) for v in np.linspace(*ends, SCAN)]
+        else:
+            from scipy.stats.qmc import Halton
+
+            points = Halton(len(low), scramble=False).random(64 * SCAN_OF_SEVERAL)
+            grid = [z for p in points if self.material.in_range(z := low + (high - low) * p)]
+            grid = grid[:SCAN_OF_SEVERAL]
+        start = self.material.start
+        first = [] if start is None or not self.material.in_range(start) else [start]
+        return first + grid
+
+    def _walkable(self, low: float, high: float) -> tuple[float, float] | None:
+        """Part of an interval of one logarithm where eta/y0 is in range."""
+        constant, (slope,) = self.material.log_ratio
+        if slope:
+            a, b = sorted((math.log(r) - constant) / slope for r in RATIOS)
+            inside = 1e-9 * (b - a)
+            low, high = max(low, a + inside), min(high, b - inside)
+        elif not self.material.in_range(np.array([low])):
+            return None
+        return (low, high) if low < high else None
+
+    def _ranked(self, samples: Sequence[np.ndarray], way: tuple[Requirement, ...]) -> list[Candidate]:
+        """Samples on which all requirements have a value, the most promising first."""
+        candidates = [c for z in samples if (c := self._candidate(z, way)) is not None]
+        return sorted(candidates, key=lambda c: (c.missed, float(self.objective @ c.z)))
+
+    def _candidate(self, z: np.ndarray, requirements: tuple[Requirement, ...]) -> Candidate | None:
+        rod, blocks = self.material.rod(z), []
+        for requirement in requirements:
+            block = block_at(rod, requirement)
+            if block is None:
+                return None
+            blocks.append(block)
+        return Candidate(z, tuple(blocks))
+
+    def _brackets(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """One start for each place where a single free number passes its single target."""
+        if not self.square or len(self.targets) > 1:
+            return []
+        along = sorted(candidates, key=lambda c: float(c.z[0]))
+        pairs = (pair for pair in pairwise(along) if _gap(pair[0]) * _gap(pair[1]) <= 0.0)
+        return [min(pair, key=lambda c: c.missed) for pair in pairs]
+
+    # --- the programme --------------------------------------------------------------------
+
+    def _solved(self, start: Candidate) -> Verified | None:
+        """Solve and confirm: a square problem in one go if that succeeds, else in steps."""
+        if self.square:
+            outcome = self._programme(start, elastic=False)
+            if outcome.solved and (verified := self._verified(outcome, start.requirements)) is not None:
+                return verified
+        here, last, settled = self._walk(start, self.objective)
+        if last is None or (verified := self._verified(last, here.requirements)) is None:
+            return None
+        return replace(verified, settled=settled)
+
+    def _walk(self, start: Candidate, objective: np.ndarray) -> tuple[Candidate, Outcome | None, bool]:
+        """Descend in steps of limited reach; every one ends at states that are solved for anew.
+
+        So the phases may change from step to step, and a step that has slipped to another state
+        is seen by what its own states miss, and taken back.  Also says whether the last step
+        ended at an optimum within its reach.
+        """
+        here, reach, most, iterations = start, REACH, math.inf, 0
+        last: Outcome | None = None
+        for _ in range(MOST_STEPS):
+            outcome = self._programme(here, elastic=True, objective=objective, reach=reach)
+            iterations += outcome.iterations
+            there = self._candidate(outcome.z, here.requirements) if outcome.solved else None
+            if there is None or self._merit(there, objective) > self._merit(here, objective) + SETTLED:
+                reach, most = 0.25 * reach, 0.5 * reach
+                if reach < SHORTEST_REACH:
+                    break
+                continue
+            ended = float(np.abs(there.z - here.z).max()) < 0.999 * reach and there.alike(here)
+            here, last, most = there, replace(outcome, iterations=iterations), 1.5 * most
+            if ended:
+                return here, last, True
+            reach = min(2.0 * reach, most)
+        return here, last, False
+
+    def _merit(self, candidate: Candidate, objective: np.ndarray) -> float:
+        return float(objective @ candidate.z) + design_programme.PRICE * candidate.missed
+
+    def _programme(
+        self,
+        here: Candidate,
+        *,
+        elastic: bool,
+        objective: np.ndarray | None = None,
+        reach: float = math.inf,
+    ) -> Outcome:
+        weights = self.objective if objective is None else objective
+        return design_programme.solve(
+            self.material, here.blocks, here.z, weights, elastic=elastic, reach=reach
+        )
+
+    def _verified(self, outcome: Outcome, requirements: tuple[Requirement, ...]) -> Verified | None:
+        """Return a design if the public calls confirm it."""
+        achieved = self.achieved(outcome.z)
+        if achieved is None or self._missed(achieved) > self.tol:
+            return None
+        return Verified(outcome.z, achieved, requirements, outcome.multipliers, outcome.iterations)
+
+    def achieved(self, z: np.ndarray) -> tuple[Achieved, ...] | None:
+        """Ask the public calls; None where the rod has no such state."""
+        rod = self.material.rod(z)
+        try:
+            return tuple(t.achieved(rod, self.tol) for t in self.targets)
+        except PeelOptError:
+            return None
+
+    def _missed(self, achieved: Sequence[Achieved]) -> float:
+        return max(t.shortfall(a.value) for t, a in zip(self.targets, achieved, strict=True))
+
+    def _is_new(self, verified: Verified, found: Sequence[Verified]) -> bool:
+        return all(np.abs(verified.z - other.z).max() > 1e3 * self.tol for other in found)
+
+    def _preference(self, verified: Verified) -> float:
+        """The objective; in a square problem the distance from the given rod."""
+        if not self.square or self.material.start is None:
+            return float(self.objective @ verified.z)
+        return float(np.abs(verified.z - self.material.start).max())
+
+    def _closest(self, starts: Sequence[Candidate]) -> Reached | Verified | None:
+        """Relax the targets; take the design up from there, or return what comes closest."""
+        reached: list[Reached] = []
+        for start in starts:
+            relaxed, _, _ = self._walk(start, np.zeros_like(self.objective))
+            for candidate in (relaxed, start):
+                achieved = self.achieved(candidate.z)
+                if achieved is not None:
+                    reached.append(Reached(candidate.z, achieved, self._missed(achieved)))
+            met = reached and min(r.missed for r in reached) <= self.tol
+            if met and (verified := self._solved(relaxed)) is not None:
+                return verified
+        return min(reached, key=lambda r: r.missed, default=None)
+
+
+def _contradictory(way: Sequence[Requirement]) -> bool:
+    """Whether two requirements on the same quantity exclude each other."""
+    for a, b in product(way, way):
+        same = a.quantity == b.quantity and a.given == b.given
+        if same and a.sense != "at_most" and b.sense != "at_least" and a.value > b.value:
+            return True
+    return False
+
+
+def _gap(candidate: Candidate) -> float:
+    """Logarithm by which the single requirement of a candidate is exceeded."""
+    (block,) = candidate.blocks
+    return math.log(block.value / block.requirement.value)
