@@ -1,0 +1,294 @@
+"""The explorer in a real browser: sliders, clicks, the sweep, files, and nothing from elsewhere.
+
+Skipped, with the reason, where no Chromium is found; with PEEL_OPT_BROWSER=required that is a failure.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+import peel_opt as po
+from peel_opt.cards import load_card
+
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--window-size=1280,900",
+)
+#: Seconds after which something that should happen in the browser counts as not happening.
+PATIENCE = 60.0
+
+
+def _missing(reason: str) -> None:
+    if os.environ.get("PEEL_OPT_BROWSER") == "required":
+        pytest.fail(f"PEEL_OPT_BROWSER=required, but {reason}", pytrace=False)
+    pytest.skip(f"the explorer is NOT tested in a browser: {reason}")
+
+
+@pytest.fixture(scope="module")
+def server_url() -> Iterator[str]:
+    pytest.importorskip("bokeh")
+    from peel_opt.explorer.server import make_server, warm_up
+
+    found: dict[str, Any] = {}
+    up = threading.Event()
+
+    def run() -> None:
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        server = found["server"] = make_server()
+        found["loop"] = server.io_loop
+        server.start()
+        up.set()
+        server.io_loop.start()
+        server.stop()
+        server.io_loop.close()
+
+    warm_up()
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    assert up.wait(PATIENCE)
+    yield f"http://127.0.0.1:{found['server'].port}/"
+    found["loop"].add_callback(found["loop"].stop)
+    thread.join(PATIENCE)
+
+
+@pytest.fixture(scope="module")
+def downloads(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("downloads")
+
+
+@pytest.fixture(scope="module")
+def browser(downloads: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    try:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+    except ImportError:
+        _missing("selenium is not installed (pip install 'peel_opt[test]')")
+    chromium, chromedriver = (
+        next((found for name in names if (found := shutil.which(name))), None)
+        for names in (("chromium", "chromium-browser", "google-chrome"), ("chromedriver",))
+    )
+    if chromium is None or chromedriver is None:
+        _missing("chromium or chromedriver is not on the PATH")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(chromedriver))
+    driver.execute_cdp_cmd(
+        "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(downloads)}
+    )
+    driver.set_script_timeout(PATIENCE)
+    yield driver
+    driver.quit()
+
+
+def wait(condition: Callable[[], Any]) -> Any:
+    """Return the first true value of a condition."""
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.03)
+    raise AssertionError("nothing happened in the browser")
+
+
+MODEL = "const model = (name) => Bokeh.documents[0].get_model_by_name(name);"
+
+
+def js(browser: Any, code: str, *arguments: Any) -> Any:
+    return browser.execute_script(MODEL + code, *arguments)
+
+
+def open_page(browser: Any, url: str) -> None:
+    browser.get(url)
+    wait(
+        lambda: browser.execute_script("return window.Bokeh?.documents?.length && Bokeh.documents[0].is_idle")
+    )
+    wait(lambda: "Full picture" in js(browser, "return model('costs').text"))
+
+
+def text(browser: Any, name: str) -> str:
+    return str(js(browser, "return model(arguments[0]).text", name))
+
+
+def dot(browser: Any, panel: str) -> list[float]:
+    """Where the dot of a panel is."""
+    code = """
+    const data = model(arguments[0]).renderers.map((r) => r.data_source.data)
+    const last = data[data.length - 1]
+    return [...last.x, ...last.y]
+    """
+    return [float(v) for v in js(browser, code, panel)]
+
+
+def element(browser: Any, name: str, selector: str) -> Any:
+    """An element within the shadow of a widget."""
+    code = "return Bokeh.index.find_one_by_id(model(arguments[0]).id).shadow_el.querySelector(arguments[1])"
+    return wait(lambda: js(browser, code, name, selector))
+
+
+def press(browser: Any, name: str) -> None:
+    """Click a button; found anew where it was drawn anew meanwhile."""
+    from selenium.common.exceptions import StaleElementReferenceException
+
+    def pressed() -> bool:
+        try:
+            element(browser, name, "button").click()
+        except StaleElementReferenceException:
+            return False
+        return True
+
+    wait(pressed)
+
+
+def foreign(browser: Any) -> list[str]:
+    """Addresses asked for that are not on this machine."""
+    asked = []
+    for entry in browser.get_log("performance"):
+        message = json.loads(entry["message"])["message"]
+        if message["method"] in ("Network.requestWillBeSent", "Network.webSocketCreated"):
+            parameters = message["params"]
+            asked.append(parameters.get("url") or parameters["request"]["url"])
+    assert asked
+    return [
+        url
+        for url in asked
+        # An empty tab shows a page that is part of Chromium.
+        if urlsplit(url).scheme not in ("data", "blob", "chrome") and urlsplit(url).hostname != "127.0.0.1"
+    ]
+
+
+def complaints(browser: Any) -> list[str]:
+    return [e["message"] for e in browser.get_log("browser") if e["level"] in ("SEVERE", "WARNING")]
+
+
+def test_sliders_clicks_and_the_sweep(browser: Any, server_url: str) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    open_page(browser, server_url)
+    assert dot(browser, "diagram") == pytest.approx(
+        [-0.23, po.equilibrium(beta0=4, lam=-0.23).alpha1], rel=1e-6
+    )
+
+    # The keyboard moves a slider.
+    handle = element(browser, "slider-lam", ".noUi-handle")
+    browser.execute_script("arguments[0].focus()", handle)
+    ActionChains(browser).send_keys(Keys.ARROW_RIGHT * 4).perform()
+    wait(lambda: dot(browser, "diagram")[0] > -0.22)
+
+    # A drag: many values, one after the other; how long from a value to its picture?
+    code = """
+    const [value, done] = arguments
+    const slider = model("slider-lam"), began = performance.now()
+    const source = model("diagram").renderers.at(-1).data_source
+    const seen = () => {
+        if (Math.abs(source.data.x[0] - value) < 1e-9) {
+            source.disconnect(source.properties.data.change, seen)
+            done(performance.now() - began)
+        }
+    }
+    source.connect(source.properties.data.change, seen)
+    slider.value = value
+    """
+    delays = sorted(float(browser.execute_async_script(MODEL + code, 0.05 * k)) for k in range(1, 31))
+    print(f"\nslider to picture in the browser: median {delays[15]:.0f} ms, slowest {delays[-1]:.0f} ms")
+    wait(lambda: "Full picture" in text(browser, "costs"))
+    assert dot(browser, "loop")[0] == pytest.approx(1.5)
+
+    # A click on the spurious branch shows that state.
+    code = """
+    const view = Bokeh.index.find_one_by_id(model("diagram").id)
+    const box = view.el.getBoundingClientRect()
+    const {x_scale, y_scale} = view.frame
+    return [box.x + x_scale.compute(arguments[0]), box.y + y_scale.compute(arguments[1])]
+    """
+    x, y = js(browser, code, 2.0, 2.7)
+    click = ActionChains(browser)
+    click.w3c_actions.pointer_action.move_to_location(int(x), int(y))
+    click.w3c_actions.pointer_action.click()
+    click.perform()
+    wait(lambda: dot(browser, "diagram")[1] > 2.0)
+    wait(lambda: "Spurious" in text(browser, "notes"))
+
+    # The sweep plays, and stops when asked.
+    press(browser, "play")
+    places = set()
+    wait(lambda: places.add(tuple(dot(browser, "loop"))) or len(places) > 4)
+    press(browser, "play")
+    wait(lambda: "Play" in js(browser, "return model('play').label"))
+
+    assert foreign(browser) == []
+    assert not complaints(browser)
+
+
+def test_files_and_links(browser: Any, server_url: str, downloads: Path) -> None:
+    open_page(browser, server_url)
+    js(browser, "model('field-lam').value = '0.5'")
+    wait(lambda: "Full picture" in text(browser, "costs") and dot(browser, "diagram")[0] == 0.5)
+
+    # Pictures, table and card come down as files.
+    for kind in ("png", "svg", "csv", "card"):
+        press(browser, f"save-{kind}")
+    names = {f"peel_opt.{end}" for end in ("png", "svg", "csv", "toml")}
+    wait(lambda: names <= {f.name for f in downloads.iterdir()})
+    assert (downloads / "peel_opt.png").read_bytes().startswith(b"\x89PNG")
+    svg = (downloads / "peel_opt.svg").read_text(encoding="utf-8")
+    assert "<svg" in svg[:200]
+    assert "effective potential" in svg
+    assert "diagram,stable" in (downloads / "peel_opt.csv").read_text(encoding="utf-8")
+    ((_, eq),) = load_card(downloads / "peel_opt.toml").ask()
+    assert isinstance(eq, po.Equilibrium)
+    assert [eq.lam, eq.alpha1] == pytest.approx(dot(browser, "diagram"), rel=1e-8)
+
+    # The address bar restores the state, in another tab too, and the tabs are independent.
+    assert "lam=0.5" in browser.current_url
+    url, first = browser.current_url, browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    open_page(browser, url)
+    assert dot(browser, "diagram")[0] == 0.5
+    js(browser, "model('field-lam').value = '2'")
+    wait(lambda: dot(browser, "diagram")[0] == 2.0)
+    assert not complaints(browser)
+    browser.close()
+    browser.switch_to.window(first)
+    assert dot(browser, "diagram")[0] == 0.5
+    assert "lam=0.5" in browser.current_url
+    assert foreign(browser) == []
+    assert not complaints(browser)
+
+
+def test_wrong_links_and_numbers_leave_the_page_alive(browser: Any, server_url: str) -> None:
+    open_page(
+        browser, server_url + "?beta0=%3Cscript%3Ealert(1)%3C/script%3E&lam=nan&nonsense=1&accuracy=sketch"
+    )
+    notes = element(browser, "notes", ".bk-clearfix, div")
+    assert "must be a finite number" in notes.text
+    assert "<script>" in notes.text  # as text, where it can be read and does nothing
+    js(browser, "model('field-beta0').value = '<img src=x onerror=window.hacked=1>'")
+    wait(lambda: "onerror" in text(browser, "notes"))
+    js(browser, "model('field-beta0').value = '9'")
+    wait(lambda: "β₀ = 9" in text(browser, "headline"))
+    assert browser.execute_script("return window.hacked") is None
+    assert foreign(browser) == []
+    assert not complaints(browser)
