@@ -126,6 +126,7 @@ def _label(slope: float, alpha1: float) -> str:
     return "middle" if slope > 0.0 else "lower"
 
 
+@np.errstate(over="ignore", invalid="ignore")  # far out the terms overflow, which the error says
 def _root(sums: Curve, given: tuple[Closure, Closure], state: str) -> Root:
     first, second = given
     if second.kind == "pressure":

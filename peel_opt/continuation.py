@@ -284,19 +284,21 @@ class Family:
         Returns the nearer end of the last bracket, and the arclengths of both.
 
         Bracketed secant steps, every other one of double length from the better end, so that
-        both ends close in; each is taken from the lower end, by a short step along the branch.
+        both ends close in; where they do not, because of rounding, the bracket is halved.  Each
+        step is taken from the lower end, by a short way along the branch.
         """
         low, high, shrink, reach = here, there, 1.0, 1.0
         a, b = rate(low), rate(high)
+        before = last = math.inf
         while (span := high.arclength - low.arclength) > FOLD_WIDTH and shrink > 1e-6:
             near, value = (0.0, a) if abs(a) < abs(b) else (span, b)
-            aim = near - reach * value * span / (b - a)
+            aim = near - reach * value * span / (b - a) if span < 0.5 * before else 0.5 * span
             margin = min(0.4 * FOLD_WIDTH, 0.4 * span)
             point = self.step(low, shrink * min(max(aim, margin), span - margin))
             if point is None:
                 shrink *= 0.5
                 continue
-            shrink, reach = 1.0, 3.0 - reach
+            shrink, reach, before, last = 1.0, 3.0 - reach, last, span
             if (value := rate(point)) * a > 0:
                 low, a = point, value
             else:

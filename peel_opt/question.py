@@ -28,6 +28,12 @@ from .rod import Rod
 #: eta/y0 between which the walk along the primary branch is tested.
 RATIOS = (0.005, 3000.0)
 
+#: Share of its size by which an answer may differ from that of the walk, which has fewer nodes.
+FAITHFUL = 0.05
+
+#: Share of ``near`` within which an answer counts as near.
+NEARBY = 0.1
+
 #: Points of a branch without an end (the linear law's) to look at when all states are wanted.
 FAR = 200
 
@@ -101,14 +107,15 @@ def solve(
     start = chosen.profile.rephased(plan.breaks)
     solved = answer(start, plan.phases, question.given, question.asked, method, tol)
     result = report(rod, law, question.asked, chosen.state, solved, tol)
-    jumped = abs(result.answer - question.read(chosen.profile.scalars)) > 0.25 * spacing
+    own = question.read(chosen.profile.scalars)
+    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)))
     if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
         raise NotConverged(
             f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
         )
     stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
-    result = replace(result, stats=stats)
+    result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
     if not result.certified:
         raise NotCertified(
             f"{question.words}: found {question.asked} = {result.answer:.8g}, but its error"
@@ -118,6 +125,13 @@ def solve(
             candidates=(result,),
         )
     return result
+
+
+def _distance(question: Question, answer: float) -> tuple[str, ...]:
+    """Flag an answer that was asked for by value and is not near it."""
+    if question.near is None or abs(answer - question.near) <= NEARBY * (abs(question.near) + NEARBY):
+        return ()
+    return (f"far from near={question.near:.4g}",)
 
 
 def _summed(

@@ -77,7 +77,8 @@ class Equilibrium:
         "certified" if error and certificate are within ``tol``; else what went wrong.
     flags : tuple of str
         What a reader must know about the shape: "y > y0" (under the linear law), "p < 0",
-        "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact".
+        "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact"; and
+        that the nearest state is "far from near=" the value asked for, in the groups' units.
     """
 
     rod: Rod | None

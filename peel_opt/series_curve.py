@@ -25,9 +25,6 @@ GUARD = 3
 #: Stands for an alpha or alpha1 of zero, so that a term can be divided by it.
 TINY = 1e-30
 
-#: Far outside the reach of the series its terms overflow, which the error says.
-_QUIET = np.errstate(over="ignore", invalid="ignore")
-
 
 class Value(NamedTuple):
     """Lambda at (alpha1, beta0) and its derivatives."""
@@ -77,7 +74,8 @@ class _Table:
 
 def _powers(x: float, highest: int) -> np.ndarray:
     """x^0 ... x^highest."""
-    powers = np.full(highest + 1, x)
+    powers = np.empty(highest + 1)
+    powers.fill(x)
     powers[0] = 1.0
     return np.multiply.accumulate(powers)
 
@@ -100,7 +98,6 @@ class Curve:
     def _table(self) -> _Table:
         return _Table.of(self.series.modes, self.series.order)
 
-    @_QUIET
     def __call__(self, alpha1: float, beta0: float) -> Value:
         """Sum lambda and its derivatives."""
         table = self._table
@@ -110,7 +107,6 @@ class Curve:
         lam, by_alpha, by_shift = (table.weights @ terms).tolist()
         return Value(lam, by_shift / shift + by_alpha / alpha, by_alpha / alpha)
 
-    @_QUIET
     def error(self, alpha1: float, beta0: float) -> float:
         """Error of lambda; infinite where the series does not converge.
 

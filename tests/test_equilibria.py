@@ -354,3 +354,12 @@ def test_near_a_fold_the_condition_is_reported() -> None:
     far = po.pressure_given_length(rod, 3.3)
     assert close.stats.condition > 1e3 * far.stats.condition
     assert abs(close.pressure_ratio - 0.6514663197) < 1e-3
+
+
+def test_a_state_far_from_the_one_asked_for_says_so() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    near = po.pressure_given_length(rod, 3.3, near=1.05 * po.pressure_given_length(rod, 3.3).pressure)
+    far = po.pressure_given_length(rod, 3.3, near=0.9)
+    assert not any("far from" in flag for flag in near.flags)
+    assert "far from near=0.9" in far.flags
+    assert far.certified
