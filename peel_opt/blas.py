@@ -18,7 +18,7 @@ SMALL = 48
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
     # Both must be loaded to be found: NumPy and SciPy bring a BLAS each.
-    import numpy  # noqa: F401, ICN001
+    import numpy  # noqa: F401
     import scipy.linalg  # noqa: F401
 
     return ThreadpoolController().select(user_api="blas")

@@ -33,8 +33,9 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
@@ -42,6 +43,9 @@ from .card_tables import GroupsTable, Question, RodTable, Table
 from .errors import CardError, InvalidInput, PeelOptError
 from .result import Equilibrium
 from .rod import Rod
+
+if TYPE_CHECKING:
+    from .calibration_cards import CalibrationCard
 
 #: A card is a page of text; what is longer was not meant to be one.
 MOST_BYTES = 1_000_000
@@ -160,6 +164,37 @@ def load_card(path: str | Path) -> Card:
     CardError
         If the file cannot be read or does not mean anything, in one line.
     """
+    content = read_card(path)
+    if is_calibration(content):
+        raise CardError(f"card {str(path)!r} is a calibration.", remedy="Fit it with peel-opt calibrate.")
+    try:
+        return Card.model_validate(content)
+    except ValidationError as error:
+        raise CardError(f"card {str(path)!r}: {explain(error)}") from error
+
+
+def load_any(path: str | Path) -> Card | CalibrationCard:
+    """Read and check a card, whichever kind it is."""
+    if not is_calibration(read_card(path)):
+        return load_card(path)
+    from .calibration_cards import load_calibration
+
+    return load_calibration(path)
+
+
+def is_calibration(content: dict[str, Any]) -> bool:
+    """Whether what `read_card` returned is a calibration card, which asks for a fit."""
+    return "calibration" in content
+
+
+def read_card(path: str | Path) -> dict[str, Any]:
+    """Return the tables of a card of any kind, unchecked.
+
+    Raises
+    ------
+    CardError
+        If the file cannot be read or is no TOML text, in one line.
+    """
     shown = str(path)
     try:
         with open(path, "rb") as file:
@@ -176,17 +211,13 @@ def load_card(path: str | Path) -> Card:
         if b"\0" in data:
             raise ValueError("it holds NUL bytes")
         # Editors on Windows put a mark before the first character.
-        content = tomllib.loads(data.decode("utf-8-sig"))
+        return tomllib.loads(data.decode("utf-8-sig"))
     except RecursionError as error:
         raise CardError(f"card {shown!r} is nested too deeply.") from error
     except UnicodeDecodeError as error:
         raise CardError(f"card {shown!r} is no UTF-8 text (byte {error.start}).") from error
     except ValueError as error:
         raise CardError(f"card {shown!r} is no TOML text: {_one_line(error)}.") from error
-    try:
-        return Card.model_validate(content)
-    except ValidationError as error:
-        raise CardError(f"card {shown!r}: {_explain(error)}") from error
 
 
 def as_question(**fields: Any) -> Question:
@@ -194,23 +225,39 @@ def as_question(**fields: Any) -> Question:
     try:
         return Question(**fields)
     except ValidationError as error:
-        raise InvalidInput(_explain(error)) from error
+        raise InvalidInput(explain(error)) from error
 
 
-def _explain(error: ValidationError) -> str:
-    """Return the first complaint in the words of a card, and how many more there are."""
+#: Tables of a problem card by their headers.
+OWN_TABLES: dict[str, type[BaseModel]] = {"rod": RodTable, "groups": GroupsTable, "questions": Question}
+
+
+def explain(
+    error: ValidationError,
+    tables: Mapping[str, type[BaseModel]] | None = None,
+    whole: type[BaseModel] = Card,
+) -> str:
+    """Return the first complaint in the words of a card, and how many more there are.
+
+    ``tables`` are those of the card by their headers, ``whole`` is the card itself; by default
+    those of a problem card.
+    """
+    known: Mapping[str, type[BaseModel]] = tables or OWN_TABLES
     complaints = error.errors(include_url=False)
     # A misspelt key explains what is missing, not the other way round.
     complaints.sort(key=lambda details: details["type"] != "extra_forbidden")
     more = f" ({len(complaints) - 1} more to come.)" if len(complaints) > 1 else ""
-    return _complaint(complaints[0]) + more  # type: ignore[arg-type]
+    first: dict[str, Any] = complaints[0]  # type: ignore[assignment]
+    path = (first["loc"] or ("",))[:-1]
+    table = known.get(str(path[0]), whole) if path else whole
+    return _complaint(first, [field.alias or name for name, field in table.model_fields.items()]) + more
 
 
-def _complaint(details: dict[str, Any]) -> str:
+def _complaint(details: dict[str, Any], keys: list[str]) -> str:
     *path, last = details["loc"] or ("",)
     if details["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(last), _keys(path), n=1, cutoff=0.5)
-        meant = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(_keys(path))}."
+        near = difflib.get_close_matches(str(last), keys, n=1, cutoff=0.5)
+        meant = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(keys)}."
         return f"unknown key {str(last)!r}{_table(path, ' in ')}; {meant}"
     own_words = details.get("ctx", {}).get("error")
     if isinstance(own_words, InvalidInput):
@@ -221,12 +268,6 @@ def _complaint(details: dict[str, Any]) -> str:
         return f"{last!r} is missing{_table(path, ' in ')}."
     words = details["msg"][0].lower() + details["msg"][1:]
     return f"{last}{_table(path, ' in ')}: {words}, got {_shortened(details['input'])}."
-
-
-def _keys(path: list[Any]) -> list[str]:
-    tables: dict[str, type[BaseModel]] = {"rod": RodTable, "groups": GroupsTable, "questions": Question}
-    table = tables.get(str(path[0]), Card) if path else Card
-    return [field.alias or name for name, field in table.model_fields.items()]
 
 
 def _table(path: Any, before: str = "") -> str:

@@ -61,16 +61,25 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Answer all questions of some cards."""
-    from .cards import load_card
+    """Answer all questions of some cards; a calibration card asks for a fit."""
+    from .cards import Card, load_any
     from .report import as_json, as_record, heading, table
 
     # All cards are read before the first is answered: mistakes show at once.
-    cards = [(path, load_card(path)) for path in arguments.cards]
+    cards = [(path, load_any(path)) for path in arguments.cards]
     folder = _folder(arguments)
     code, documents = OK, []
     with _progress(len(cards)) as progress:
         for number, (path, card) in enumerate(cards):
+            if not isinstance(card, Card):
+                from .cli_measurements import fit_card
+
+                progress.clear()
+                fit_code, document = fit_card(path, card, arguments, before="\n" if number else "")
+                code = max(code, fit_code)
+                documents.append(document)
+                progress.update()
+                continue
             answers = card.ask(method=arguments.method, tol=arguments.tol)
             if folder is not None:
                 folder.add(path, answers)

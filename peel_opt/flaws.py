@@ -50,6 +50,16 @@ class PressureLimit:
 def critical_flaw(rod: Rod, pressure: float) -> Equilibrium:
     """Return the unfolded equilibrium at a pressure [Pa]: a flaw longer than its length grows.
 
+    Parameters
+    ----------
+    rod : Rod
+    pressure : float
+        [Pa]
+
+    Returns
+    -------
+    Equilibrium
+
     Raises
     ------
     NoEquilibrium
@@ -65,6 +75,14 @@ def critical_flaw(rod: Rod, pressure: float) -> Equilibrium:
 
 def readhesion_pressure(rod: Rod) -> PressureLimit:
     """Return the minimum pressure, below which a detached rod closes.
+
+    Parameters
+    ----------
+    rod : Rod
+
+    Returns
+    -------
+    PressureLimit
 
     Examples
     --------
@@ -98,6 +116,16 @@ def safe_pressure(rod: Rod, flaw: float) -> PressureLimit:
 
     For a length that an unfolded state has, its lowest pressure; for longer flaws the
     minimum pressure; for shorter ones the strength of the bond.
+
+    Parameters
+    ----------
+    rod : Rod
+    flaw : float
+        Detached length [m].
+
+    Returns
+    -------
+    PressureLimit
 
     Examples
     --------

@@ -28,7 +28,7 @@ from .rod import Rod
 #: eta/y0 between which the walk along the primary branch is tested.
 RATIOS = (0.005, 3000.0)
 
-#: Share of its size by which an answer may differ from that of the walk, which has fewer nodes.
+#: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05
 
 #: Share of ``near`` within which an answer counts as near.
@@ -108,7 +108,7 @@ def solve(
     solved = answer(start, plan.phases, question.given, question.asked, method, tol)
     result = report(rod, law, question.asked, chosen.state, solved, tol)
     own = question.read(chosen.profile.scalars)
-    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)))
+    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
     if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
         raise NotConverged(
             f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
@@ -249,8 +249,10 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
     if not found and branch.family.law is not LINEAR:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
-    if branch.ended in ("stalled", "limit") and _heads_for(branch, question.target):
-        return _not_followed(branch, question)
+    if branch.ended in ("stalled", "limit"):
+        in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
+        if _heads_for(branch, question.target) or not in_range:
+            return _not_followed(branch, question, in_range)
     nearest = _nearest(branch, question)
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
@@ -269,18 +271,23 @@ def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
     return before * last > 0.0 and abs(last) < abs(before)
 
 
-def _not_followed(branch: PrimaryBranch, question: Question) -> PeelOptError:
+def _ratio(branch: PrimaryBranch) -> float:
+    """eta/y0 where a walk ended; infinite at beta0 = 0."""
+    last = branch.points[-1].scalars
+    return float(last.ratio) if last.sigma > 0.0 else math.inf
+
+
+def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> PeelOptError:
     """Say where a walk ended that did not come to the end of its branch."""
     last = branch.points[-1].scalars
     reached = f"lambda = {last.lam:.4g}"
     if last.sigma > 0.0:
         reached += f", p/T0 = {last.pressure_ratio:.4g}"
-    ratio = last.ratio if last.sigma > 0.0 else math.inf
     message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
-    if RATIOS[0] <= ratio <= RATIOS[1] or branch.family.law is LINEAR:
+    if in_range or branch.family.law is LINEAR:
         return NotConverged(message, remedy="Give a number nearer to the transition.")
     return OutOfRange(
-        f"{message} Its eta/y0 = {ratio:.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
+        f"{message} Its eta/y0 = {_ratio(branch):.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
         remedy="Give groups of a rod within that range.",
     )
 

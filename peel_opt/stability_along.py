@@ -62,6 +62,15 @@ def with_index(branch: Branch) -> Branch:
 def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     """Locate the changes of stability along the branch of a rod.
 
+    Parameters
+    ----------
+    branch : Branch
+
+    Returns
+    -------
+    tuple of StabilityChange
+        In order along the branch.
+
     Raises
     ------
     InvalidInput

@@ -35,6 +35,15 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
     quintic spline and integrated exactly.  T itself, (0, 0), is added if it is missing.  The
     constant a1 in front is the exact one; it moves nothing.
 
+    Parameters
+    ----------
+    branch : Branch
+        At one beta0, or anything with its ``beta0``, ``lam`` and ``alpha1``.
+
+    Returns
+    -------
+    EffectivePotential
+
     Raises
     ------
     InvalidInput

@@ -6,16 +6,16 @@ fails keeps its row, with the reason.
 
 from __future__ import annotations
 
-import csv
 import math
+import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from .answer import Method
+from .answer import Method, as_method
 from .cards import Card
 from .errors import InvalidInput, PeelOptError
 from .peers import BvpPeer
@@ -45,10 +45,11 @@ class Work:
     seconds : float
         Median of the repeats, after a warm-up.
     iterations : float
-        Of Newton's method or of IPOPT.
+        Of Newton's method and of IPOPT, on all meshes.
     unknowns : float
+        Of the finest mesh.
     evaluations : float
-        Of the equations: one in each iteration of Newton's method, not counted inside IPOPT.
+        Of the equations, with or without their Jacobian: see `Stats`.
     error : float
         As reported with the answer; solve_bvp has none.
     true_error : float
@@ -98,39 +99,33 @@ class WorkPrecision:
         good = [row for row in self.rows if row.true_error <= max(accuracy, self.reference_error)]
         return min(good, key=lambda row: row.seconds, default=None)
 
+    def save(self, path: str | Path) -> Path:
+        """Write rows and reference to an NPZ file that `load` restores bit for bit."""
+        from .work_report import save_work
+
+        return save_work(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> WorkPrecision:
+        """Read what `save` wrote."""
+        from .work_report import load_work
+
+        return load_work(path)
+
     def to_csv(self, path: str | Path) -> Path:
-        """Write all rows, with full digits."""
-        path = Path(path)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow([f.name for f in fields(Work)])
-            writer.writerows(astuple(row) for row in self.rows)
-        return path
+        """Write all rows with full digits, units in the titles, the reference above them."""
+        from .work_report import write_work_csv
+
+        return write_work_csv(self, path)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw true error against seconds, both logarithmic; return the axes."""
-        if ax is None:
-            from matplotlib.figure import Figure
+        """Draw true error against milliseconds, both logarithmic; return the axes."""
+        from .plots.work import plot_work
 
-            ax = Figure(layout="constrained").subplots()
-        for marker, method in zip("osD^vPX*" * len(self.rows), self.methods, strict=False):
-            points = [
-                (1e3 * row.seconds, max(row.true_error, self.reference_error, 1e-16))
-                for row in self.of(method)
-                if math.isfinite(row.true_error)
-            ]
-            if points:
-                ax.plot(*zip(*sorted(points), strict=True), marker=marker, label=method, linewidth=1.0)
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.set_xlabel("milliseconds")
-        ax.set_ylabel(f"true error of {self.answered}")
-        if ax.lines:
-            ax.legend(frameon=False)
-        return ax
+        return plot_work(self, ax)
 
     def __repr__(self) -> str:
-        width = max((len(method) for method in self.methods), default=6)
+        width = max(6, *(len(method) for method in self.methods))
         head = f"{'method':<{width}}  {'tol':>7}  {'ms':>8}  {'iter':>5}  {'size':>5}  {'evals':>5}"
         lines = [f"{head}  {'reported':>8}  {'true':>8}  status"]
         for row in self.rows:
@@ -178,21 +173,31 @@ def tradeoff(
     Raises
     ------
     InvalidInput
-        If a card has not exactly one question, or nothing is to be measured.
+        If a card has not exactly one question, there is no such method, or nothing is to be
+        measured.
     PeelOptError
         Whatever the reference solve raises: without one there is nothing to compare.
     """
     ask = _question(problem)
     if not methods or not tols or repeats < 1:
         raise InvalidInput("give at least one method, one tolerance and one repeat.")
+    for method in methods:
+        if method != PEER:
+            as_method(method)
     reference = ask(method=REFERENCE, tol=1e-2)
     peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
     rows = []
-    for method in methods:
-        for tol in tols:
-            run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
-            rows.append(_measured(run, str(method), float(tol), reference.answer, repeats, clock))
+    for method, tol in _shown([(method, float(tol)) for method in methods for tol in tols]):
+        run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
+        rows.append(_measured(run, str(method), tol, reference.answer, repeats, clock))
     return WorkPrecision(tuple(rows), reference.answered, reference.answer, reference.error)
+
+
+def _shown(runs: list[tuple[Any, float]]) -> Any:
+    """Return the runs under a bar on stderr, which people see after a second."""
+    from tqdm import tqdm
+
+    return tqdm(runs, unit="run", leave=False, delay=1.0, disable=not sys.stderr.isatty())
 
 
 #: The answer and everything of a row that is not measured from outside.
@@ -215,12 +220,10 @@ def _own_run(
 ) -> Callable[[], _Outcome]:
     def run() -> _Outcome:
         eq = ask(method=method, tol=tol)
-        stats = eq.stats
-        nlp = stats.method.startswith("Shooting")
         return eq.answer, {
-            "iterations": stats.iterations,
-            "unknowns": stats.unknowns,
-            "evaluations": math.nan if nlp else stats.iterations,
+            "iterations": float(eq.stats.iterations),
+            "unknowns": float(eq.stats.unknowns),
+            "evaluations": float(eq.stats.evaluations),
             "error": eq.error,
             "status": eq.status,
         }
@@ -234,9 +237,9 @@ def _peer_run(peer: BvpPeer | None, tol: float) -> Callable[[], _Outcome]:
             raise InvalidInput("this comparison knows the linear law and law (8) only.")
         found = peer.solve(tol)
         return found.answer, {
-            "iterations": found.iterations,
-            "unknowns": found.unknowns,
-            "evaluations": found.evaluations,
+            "iterations": float(found.iterations),
+            "unknowns": float(found.unknowns),
+            "evaluations": float(found.evaluations),
             "status": "solved",
         }
 

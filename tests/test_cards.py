@@ -4,11 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from peel_opt.cards import load_card
+from peel_opt.cards import is_calibration, load_card, read_card
 from peel_opt.errors import CardError, NoEquilibrium, PeelOptError
 from peel_opt.result import Equilibrium
 
-PROBLEMS = sorted((Path(__file__).parents[1] / "problems").glob("*.toml"))
+PROBLEMS = sorted(
+    path
+    for path in (Path(__file__).parents[1] / "problems").glob("*.toml")
+    if not is_calibration(read_card(path))  # those are fitted in test_calibration_cards.py
+)
 
 SI = """
 title = "a strip"

@@ -9,7 +9,8 @@ import pytest
 
 import peel_opt as po
 from peel_opt.closures import Closure
-from peel_opt.cohesion import COHESIVE, LINEAR, CohesiveLaw, exponential
+from peel_opt.cohesion import COHESIVE, LINEAR, CohesiveLaw
+from peel_opt.named_laws import exponential
 from peel_opt.newton import correct
 from peel_opt.phases import layout
 from peel_opt.primary import primary_branch

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 from statistics import median
 
 import numpy as np
@@ -14,6 +14,7 @@ import peel_opt as po
 from peel_opt.closures import Closure
 from peel_opt.cohesion import COHESIVE
 from peel_opt.primary import primary_branch
+from peel_opt.question import RATIOS
 
 METHODS = ("auto", "collocation", "shooting", "spectral", "series")
 
@@ -23,8 +24,15 @@ REFERENCE = po.Spectral(nodes=54)
 #: True errors below this are rounding, which a bound may well exceed a hundredfold.
 ROUNDING = 1e-13
 
+#: Methods that may find no way where another does.
+MAY_FAIL = ("series", "collocation", "shooting")
+
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 
+#: Shares of the way from T to the least pressure between which rods are asked.
+SHARES = (1e-9, 1.0 - 1e-6)
+
+#: Reported error, true error, and the reference's own.
 Outcome = tuple[float, float, float]
 
 
@@ -35,15 +43,12 @@ def least_pressure(ratio: float) -> float:
 
 
 def rods(rng: np.random.Generator, count: int) -> Iterator[tuple[str, dict]]:
-    """Random rods and pressures, half of them crowding to T, half to the least pressure."""
+    """Random rods and pressures over the whole range, crowding to T and to the least pressure."""
+    low, high = (math.log(share / (1.0 - share)) for share in SHARES)
     for i in range(count):
-        ratio = math.exp(rng.uniform(math.log(0.01), math.log(2500.0)))
-        least = least_pressure(ratio)
-        span = 1.0 - least
-        if i % 2:
-            P = 1.0 - math.exp(rng.uniform(math.log(1e-6), math.log(0.999 * span)))
-        else:
-            P = math.exp(rng.uniform(math.log(least + 1e-3 * span), math.log1p(-1e-6)))
+        ratio = math.exp(rng.uniform(*np.log(RATIOS)))
+        share = 1.0 / (1.0 + math.exp(-rng.uniform(low, high)))
+        P = 1.0 - share * (1.0 - least_pressure(ratio))
         tol = 10.0 ** rng.uniform(-10.0, -3.0)
         yield METHODS[i % len(METHODS)], {"ratio": ratio, "pressure": P, "tol": tol}
 
@@ -56,6 +61,16 @@ def groups(rng: np.random.Generator, count: int) -> Iterator[tuple[str, dict]]:
         lam = beta0**2 * rng.uniform(-0.0165, 0.0 if state == "middle" else 0.05)
         tol = 10.0 ** rng.uniform(-10.0, -3.0)
         yield METHODS[i % len(METHODS)], {"beta0": beta0, "lam": lam, "state": state, "tol": tol}
+
+
+def layers(rng: np.random.Generator, count: int) -> Iterator[tuple[str, dict]]:
+    """Thin layers: law (8) at large beta1, and the linear law far below p = 0."""
+    for i in range(count):
+        law = ("linear", "cohesive")[i % 2]
+        span, ratios = {"linear": ((300.0, 5e3), (1.0, 50.0)), "cohesive": ((1e3, 1e9), (1e3, 3e3))}[law]
+        beta1, ratio = (math.exp(rng.uniform(*np.log(ends))) for ends in (span, ratios))
+        question = {"beta0": (beta1 / ratio) ** 0.75, "beta1": beta1, "law": law}
+        yield METHODS[i // 2 % len(METHODS)], {**question, "tol": 10.0 ** rng.uniform(-8.0, -3.0)}
 
 
 def put(question: dict, **options: object) -> po.Equilibrium:
@@ -72,36 +87,46 @@ def outcomes(cases: Iterator[tuple[str, dict]]) -> tuple[list[Outcome], int]:
     for method, question in cases:
         eq = put(question, method=method, throw=False)
         if not eq.certified:  # to refuse is honest too
-            assert eq.status == "not-certified" or (method, eq.status) == ("series", "not-converged"), (
-                question
-            )
+            allowed = {"not-certified", "out-of-range"} | ({"not-converged"} if method in MAY_FAIL else set())
+            assert eq.status in allowed, (method, question, eq.message)
             refused += 1
             continue
         reference = put(question, method=REFERENCE, tol=1e-2)
         true = abs(eq.answer - reference.answer)
-        assert true <= eq.error + reference.error, (method, question, eq.stats.method)
+        assert true <= eq.error + reference.error, (method, question, eq.stats.method, true, eq.error)
         assert eq.error <= question["tol"]
         found.append((eq.error, true, reference.error))
     return found, refused
 
 
-def check(count: int, seed: int) -> None:
+def cases(count: int, seed: int) -> Iterator[tuple[str, dict]]:
+    """Seven tenths about rods, two about the paper's groups, one about thin layers."""
     rng = np.random.default_rng(seed)
-    on_rods, refused = outcomes(rods(rng, 4 * count // 5))
-    in_groups, more = outcomes(groups(rng, count // 5))
-    assert refused + more < count / len(METHODS)
-    seen = [e / true for e, true, own in on_rods + in_groups if true > max(ROUNDING, 10.0 * own)]
+    shares = ((rods, 7), (groups, 2), (layers, 1))
+    return chain.from_iterable(ask(rng, tenths * count // 10) for ask, tenths in shares)
+
+
+def overstatements(found: list[Outcome]) -> list[float]:
+    """How many times larger than the true errors those reported are, where more than rounding is seen."""
+    return [e / true for e, true, own in found if true > max(ROUNDING, 10.0 * own)]
+
+
+def check(count: int, seed: int) -> None:
+    found, refused = outcomes(cases(count, seed))
+    assert len(found) + refused == count
+    assert refused < count / 4
+    seen = overstatements(found)
     assert len(seen) >= count // 30
     assert median(seen) < 100.0
 
 
 def test_reported_errors_are_no_smaller_than_the_true_ones() -> None:
-    check(60, seed=3)
+    check(50, seed=3)
 
 
 @pytest.mark.slow
-def test_reported_errors_are_no_smaller_than_the_true_ones_in_six_hundred_cases() -> None:
-    check(600, seed=11)
+def test_reported_errors_are_no_smaller_than_the_true_ones_in_seven_hundred_cases() -> None:
+    check(700, seed=11)
 
 
 @pytest.mark.parametrize("method", ["shooting", "spectral", "collocation"])
@@ -113,10 +138,22 @@ def test_where_the_answer_hangs_on_the_last_digits_rounding_is_reported(method: 
     assert eq.error < 1e-8
 
 
+def check_tolerances(method: str, question: dict) -> None:
+    reference = put(question, method=REFERENCE, tol=1e-2)
+    answers = [put(question, method=method, tol=tol, throw=False) for tol in TOLERANCES]
+    errors = [abs(eq.answer - reference.answer) for eq in answers if eq.certified]
+    for looser, tighter in pairwise(errors):
+        assert tighter <= looser + 4.0 * reference.error, (method, question)
+
+
 @pytest.mark.parametrize("method", ["shooting", "spectral", "collocation", "auto"])
 def test_a_tighter_tolerance_is_never_less_accurate(method: str) -> None:
     for question in ({"ratio": 0.5, "pressure": 0.36}, {"ratio": 3.0, "pressure": 0.7}):
-        reference = put(question, method=REFERENCE)
-        errors = [abs(put(question, method=method, tol=tol).answer - reference.answer) for tol in TOLERANCES]
-        for looser, tighter in pairwise(errors):
-            assert tighter <= looser + 4.0 * reference.error
+        check_tolerances(method, question)
+        assert put(question, method=method, tol=TOLERANCES[-2]).certified
+
+
+@pytest.mark.slow
+def test_a_tighter_tolerance_is_never_less_accurate_over_the_whole_range() -> None:
+    for method, question in cases(100, seed=7):
+        check_tolerances(method, {key: value for key, value in question.items() if key != "tol"})

@@ -13,9 +13,10 @@ import scipy.sparse as sp
 import peel_opt as po
 from peel_opt import nlp
 from peel_opt.closures import Closure, rows
-from peel_opt.cohesion import COHESIVE, LINEAR, Piece, exponential
+from peel_opt.cohesion import COHESIVE, LINEAR, Piece
 from peel_opt.continuation import Family, StepControl, transition
 from peel_opt.elastica import Scalars, kernel
+from peel_opt.named_laws import exponential
 from peel_opt.newton import correct, newton
 from peel_opt.primary import PATH, PrimaryBranch
 from peel_opt.transcription import Collocation, Profile, Shooting, Spectral, Transcription

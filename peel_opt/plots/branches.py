@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..branch import Branch, SpecialPoint
+from ..branch import Branch
+from ..branch_parts import SpecialPoint
 from ..errors import InvalidInput
 from . import style
 from .scene import add_legend

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -240,6 +240,35 @@ class Transcription(ABC):
     @abstractmethod
     def refined(self) -> Any:
         """Return the same method with a finer mesh."""
+
+
+@dataclass(frozen=True)
+class FixedOrder(Transcription):
+    """A transcription on intervals, whose error falls with a power of their length.
+
+    A subclass is a frozen dataclass that gives ``intervals`` a default.
+    """
+
+    intervals: int
+
+    @property
+    @abstractmethod
+    def order(self) -> int:
+        """Power of the length of an interval with which errors fall in the end."""
+
+    @property
+    def sure_gain(self) -> float:
+        """Doubling the intervals gains about half the order from the start; half of that is sure."""
+        return 1.0 + 2.0 ** (self.order / 2 - 1)
+
+    @property
+    def most_gain(self) -> float:
+        """Doubling the intervals gains 2^order in the end."""
+        return 2.0**self.order
+
+    def refined(self) -> Self:
+        """Twice as many intervals."""
+        return replace(self, intervals=2 * self.intervals)
 
 
 def switch_equations(phases: Phases, heights: Sequence[ca.MX]) -> list[ca.MX]:

@@ -12,7 +12,7 @@ update of a breakpoint is zero, and one compiled function serves every mesh.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -22,7 +22,7 @@ import numpy as np
 from ..cohesion import Piece
 from ..elastica import Scalars, bending, rhs, sin_over, vertical_load
 from ..errors import InvalidInput
-from .base import Discretisation, Phases, Profile, Transcription, switch_equations
+from .base import Discretisation, FixedOrder, Phases, Profile, switch_equations
 from .mesh import QUANTUM, equidistributing, uniform
 from .shooting import INTEGRATORS, runge_kutta
 from .spectral import gauss, integration_matrix
@@ -31,7 +31,7 @@ MESHES = ("adapted", "uniform")
 
 
 @dataclass(frozen=True)
-class Collocation(Transcription):
+class Collocation(FixedOrder):
     """Gauss-Legendre collocation.
 
     Parameters
@@ -66,23 +66,9 @@ class Collocation(Transcription):
         """Order at the mesh points."""
         return 2 * self.stages
 
-    @property
-    def sure_gain(self) -> float:
-        """Doubling the intervals gains about half the order from the start; half of that is sure."""
-        return 1.0 + 2.0 ** (self.order / 2 - 1)
-
-    @property
-    def most_gain(self) -> float:
-        """Doubling the intervals gains 2^order in the end."""
-        return 2.0**self.order
-
     def discretise(self, phases: Phases) -> CollocationDiscretisation:
         """Return the compiled problem for these phases."""
         return _discretise(self, phases)
-
-    def refined(self) -> Collocation:
-        """Twice as many intervals."""
-        return replace(self, intervals=2 * self.intervals)
 
 
 class CollocationDiscretisation(Discretisation):

@@ -7,7 +7,7 @@ conditions (14) and Theta(0) = -1 are the constraints.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import casadi as ca
@@ -17,7 +17,7 @@ from scipy.integrate import DOP853, RK45
 from ..cohesion import Piece
 from ..elastica import Scalars, rhs
 from ..errors import InvalidInput
-from .base import Discretisation, Phases, Profile, Transcription, switch_equations
+from .base import Discretisation, FixedOrder, Phases, Profile, switch_equations
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ INTEGRATORS = {
 
 
 @dataclass(frozen=True)
-class Shooting(Transcription):
+class Shooting(FixedOrder):
     """Multiple shooting.
 
     Parameters
@@ -76,23 +76,9 @@ class Shooting(Transcription):
         """Order of the integrator."""
         return INTEGRATORS[self.integrator].order
 
-    @property
-    def sure_gain(self) -> float:
-        """Doubling the intervals gains about half the order from the start; half of that is sure."""
-        return 1.0 + 2.0 ** (self.order / 2 - 1)
-
-    @property
-    def most_gain(self) -> float:
-        """Doubling the intervals gains 2^order in the end."""
-        return 2.0**self.order
-
     def discretise(self, phases: Phases) -> ShootingDiscretisation:
         """Return the compiled problem for these phases."""
         return _discretise(self, phases)
-
-    def refined(self) -> Shooting:
-        """Twice as many intervals."""
-        return replace(self, intervals=2 * self.intervals)
 
 
 class ShootingDiscretisation(Discretisation):

@@ -1,0 +1,214 @@
+"""After a fit: every state solved again by the public functions, and what a reader must know."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .calibration_blocks import block
+from .calibration_data import Observation
+from .calibration_identifiability import undetermined_words
+from .calibration_problem import Fitted, Problem
+from .calibration_sensitivity import follow
+from .calibration_start import fits
+from .detachment import length_given_pressure, pressure_given_length
+from .elastica import Scalars
+from .errors import NotCertified, PeelOptError
+from .result import Equilibrium
+from .rod import Rod
+
+if TYPE_CHECKING:
+    from .calibration_result import Calibration
+
+#: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
+MOST_APART = 1e-6
+
+#: Residual, in standard deviations, from which a point is looked for on other states.
+FAR = 4.0
+
+#: Weight of a robust loss below which a point is named.
+OUTLIER = 0.3
+
+#: Tip angle [rad] below which a state counts as T itself.
+AT_TRANSITION = 1e-5
+
+#: Chances of a chi-square as large, or as small, below which it is said.
+RARE = 1e-3
+
+#: Standard deviation of a logarithm from which it is no longer near a linear problem.
+CURVED = 0.15
+
+
+def resolved(problem: Problem, fitted: Fitted, rod: Rod) -> tuple[list[Equilibrium], float]:
+    """Return the public answer for every fitted state, and the largest difference from the fit.
+
+    Raises
+    ------
+    NotCertified
+        If a fitted state is not the one the public function finds.
+    PeelOptError
+        If that function has no answer.
+    """
+    equilibria, worst = [], 0.0
+    for observation, signature, u, d in zip(
+        problem.observations,
+        fitted.posed.signatures,
+        fitted.posed.state.unknowns,
+        fitted.posed.state.data,
+        strict=True,
+    ):
+        part = block(signature)
+        s = part.problem.scalars(u[: part.problem.size])
+        _, g_u, g_q, *_ = part.evaluate(u, fitted.q, d)
+        # The direction along the branch: what is left without exact lengths and pressures.
+        _, own = (
+            follow(part, u, g_u, g_q) if "exact" not in (signature.length, signature.pressure) else (0, None)
+        )
+        by_length = signature.length == "exact"
+        if own is not None:
+            d_sigma = np.abs(own[part.problem.size - 2]).max()
+            d_pressure = np.abs(_pressure_change(s, own[part.problem.size - 4 : part.problem.size])).max()
+            by_length = d_sigma / s.sigma > d_pressure / max(s.pressure_ratio, 1e-300)
+        eq, gap = _asked(rod, s.sigma, s.pressure_ratio, by_length)
+        if gap > MOST_APART:
+            raise NotCertified(
+                f"{observation.name} is fitted at p/T0 = {s.pressure_ratio:.8g}, sbar/eta = {s.sigma:.8g},"
+                f" but the fitted rod is at p/T0 = {eq.pressure_ratio:.8g},"
+                f" sbar/eta = {eq.length_ratio:.8g} there.",
+                remedy="Near a fold a length or pressure has no state nearby: give it a standard deviation.",
+            )
+        equilibria.append(eq)
+        worst = max(worst, gap)
+    return equilibria, worst
+
+
+def _pressure_change(s: Scalars, own: np.ndarray) -> np.ndarray:
+    """Change of P = 1 + m A / sigma^3 along directions of (A, m, sigma, lambda)."""
+    return (own[1] * s.A + s.m * own[0]) / s.beta0 - 3.0 * s.alpha1 / s.beta0 * own[2] / s.sigma
+
+
+def _asked(rod: Rod, sigma: float, P: float, by_length: bool) -> tuple[Equilibrium, float]:
+    """Ask for the state in the better conditioned way, then in the other."""
+    error: PeelOptError | None = None
+    for length_given in (by_length, not by_length):
+        try:
+            if length_given:
+                eq = pressure_given_length(rod, rod.length(sigma), near=rod.pressure(P))
+                return eq, abs(eq.pressure_ratio - P)
+            eq = length_given_pressure(rod, rod.pressure(P), near=rod.length(sigma))
+            return eq, abs(eq.length_ratio - sigma)
+        except PeelOptError as caught:
+            error = error or caught
+    assert error is not None
+    raise error
+
+
+def warnings_of(fit: Calibration) -> tuple[str, ...]:
+    """Return what a reader must know before believing a fit, in plain words."""
+    found = [undetermined_words(fit.combinations)]
+    if fit.problem.ridge:
+        found.append("what the data do not determine was held near the start of the fit.")
+    found += _tips(fit)
+    found += [_goodness(fit), *_states(fit), *far_points(fit)]
+    curved = [name for name in fit.free if CURVED < fit.relative_sd(name) < np.inf]
+    if curved and not found[0]:
+        found.append(
+            f"{', '.join(curved)}: the uncertainty is so large that the covariance is a rough guide."
+            " Use the interval of the profile likelihood."
+        )
+    return tuple(text for text in found if text)
+
+
+def _tips(fit: Calibration) -> list[str]:
+    """Say where a point beyond the tip sets the length, which it would not from the other side."""
+    return [
+        f"{observation.name}: a point lies beyond the fitted tip and holds it there, from one side only."
+        " Use the interval of the profile likelihood, or say tip=True if the first point is the tip."
+        for observation, signature in zip(fit.observations, fit.fitted.posed.signatures, strict=True)
+        if signature.at_tip > observation.tip
+    ]
+
+
+def _goodness(fit: Calibration) -> str:
+    if fit.degrees == 0:
+        return "there are as many data as free numbers: nothing tells whether the model holds."
+    if fit.loss != "least-squares":
+        return ""
+    if fit.p_value < RARE:
+        return (
+            f"chi-square is {fit.deviance:.4g} for {fit.degrees} degrees of freedom"
+            f" (p = {fit.p_value:.1e}): the residuals are larger than the standard deviations allow, so the"
+            " covariance is too small."
+            f" The largest is {fit.largest[1]:.1f} sd, {fit.largest[0]}."
+        )
+    if 1.0 - fit.p_value < RARE:
+        return (
+            f"chi-square is {fit.deviance:.4g} for {fit.degrees} degrees of freedom: the standard"
+            " deviations look too large, and with them the covariance."
+        )
+    return ""
+
+
+def _states(fit: Calibration) -> list[str]:
+    """Say which states are not those asked for, or not physical."""
+    found = []
+    for observation, eq in zip(fit.observations, fit.equilibria, strict=True):
+        if not fits(eq.state, observation.state):
+            found.append(
+                f"{observation.name} is fitted on the {eq.state} state, not the {observation.state} one:"
+                " it lies past the end of that part of the branch."
+            )
+        if abs(eq.tip_angle) < AT_TRANSITION:
+            found.append(f"{observation.name} is fitted at T itself: its pressure is above the fitted T0.")
+        if not eq.valid:
+            found.append(
+                f"{observation.name} is fitted to a state that is not physical: {', '.join(eq.flags)}."
+            )
+    return found
+
+
+def far_points(fit: Calibration) -> list[str]:
+    """Name points far off, and the other state on which they would lie."""
+    found = []
+    for observation, r, weights in zip(fit.observations, fit.residuals, fit.weights, strict=True):
+        size = float(np.linalg.norm(r))
+        other = _other_state(fit.rod, observation, size) if observation.points is None and size > FAR else ""
+        if not other and fit.loss != "least-squares" and weights.min() < OUTLIER:
+            found.append(
+                f"{observation.name} counts as an outlier: {size:.1f} sd off the fit to the others, weight"
+                f" {weights.min():.2g}."
+            )
+        if other:
+            found.append(
+                f"{observation.name} contradicts the {observation.state} branch by {size:.1f} sd and lies"
+                f" on the {other} one. If it was seen there, give it state='{other}'."
+            )
+    return found
+
+
+def _other_state(rod: Rod, observation: Observation, size: float) -> str:
+    """Name of the state on which a pair lies much nearer, empty if there is none."""
+    assert observation.length is not None
+    assert observation.pressure is not None
+    best, name = 0.25 * size, ""
+    others = ("folded",) if observation.state != "folded" else ("lower", "middle")
+    for state in others:
+        gaps = []
+        for by_length in (True, False):
+            try:
+                if by_length and observation.pressure_sd:
+                    eq = pressure_given_length(
+                        rod, observation.length, state=state, near=observation.pressure
+                    )
+                    gaps.append(abs(eq.pressure - observation.pressure) / observation.pressure_sd)
+                if not by_length and observation.length_sd:
+                    eq = length_given_pressure(
+                        rod, observation.pressure, state=state, near=observation.length
+                    )
+                    gaps.append(abs(eq.length - observation.length) / observation.length_sd)
+            except PeelOptError:
+                continue
+        if min(gaps, default=np.inf) < best:
+            best, name = min(gaps), state
+    return name

@@ -1,0 +1,424 @@
+"""Calibration: what is recovered, how sure, and what the data cannot tell."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt.calibration_blocks import MATERIAL, block
+from peel_opt.calibration_data import Observation, observations
+from peel_opt.calibration_problem import Placed, Problem
+from peel_opt.calibration_programme import Solver
+from peel_opt.calibration_start import projected
+
+TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+K, T0, Y0 = MATERIAL
+SUBSETS = [(K,), (T0,), (Y0,), (K, T0), (K, Y0), (T0, Y0), (K, T0, Y0)]
+
+
+def states(rod: po.Rod, ratios: np.ndarray, state: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths and pressures of a rod at some p/T0."""
+    pressures = np.asarray(ratios) * rod.adhesion_strength
+    lengths = [po.length_given_pressure(rod, p, state=state).length for p in pressures]
+    return np.array(lengths), pressures
+
+
+def noisy(
+    rod: po.Rod,
+    ratios: np.ndarray,
+    seed: int,
+    length: float = 0.01,
+    pressure: float = 0.01,
+    state: str | None = None,
+) -> po.Measurements:
+    """Synthetic pairs with relative normal noise; 0 makes a number exact."""
+    rng = np.random.default_rng(seed)
+    lengths, p = states(rod, ratios, state)
+    seen_l, seen_p = (
+        v * (1.0 + sd * rng.standard_normal(len(v))) for v, sd in ((lengths, length), (p, pressure))
+    )
+    return po.Measurements(
+        seen_l,
+        seen_p,
+        length_sd=length * lengths if length else None,
+        pressure_sd=pressure * p if pressure else None,
+    )
+
+
+def start(free: tuple[str, ...]) -> po.Rod:
+    """The truth with the free numbers off by a third or so."""
+    off = {K: 1.4, T0: 0.75, Y0: 1.5}
+    return po.Rod(*(getattr(TRUTH, n) * (off[n] if n in free else 1.0) for n in MATERIAL))
+
+
+PLACES = np.array([0.95, 0.85, 0.72, 0.6, 0.48, 0.38, 0.3, 0.24])
+
+
+# --- what is recovered ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("free", SUBSETS, ids="+".join)
+@pytest.mark.parametrize(("length", "pressure"), [(0.01, 0.0), (0.01, 0.01)])
+def test_every_subset_is_recovered_from_exact_data(
+    free: tuple[str, ...], length: float, pressure: float
+) -> None:
+    lengths, p = states(TRUTH, PLACES)
+    data = po.Measurements(
+        lengths, p, length_sd=length * lengths, pressure_sd=pressure * p if pressure else None
+    )
+    fit = po.calibrate(data, free=free, rod=start(free))
+    for name in MATERIAL:
+        assert getattr(fit.rod, name) == pytest.approx(getattr(TRUTH, name), rel=1e-7)
+    assert fit.chi2 < 1e-12
+    assert fit.identifiable
+    assert fit.consistency < 1e-9
+    assert all(eq.certified for eq in fit.equilibria)
+
+
+@pytest.mark.slow
+def test_pressure_errors_alone_on_the_lower_part() -> None:
+    data = noisy(TRUTH, PLACES[3:], seed=3, length=0.0)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+    assert abs(fit.rod.adhesion_strength - T_TRUE) < 4.0 * fit.sd[T0]
+    assert [r.size for r in fit.residuals] == [1] * 5
+
+
+T_TRUE = TRUTH.adhesion_strength
+
+
+def test_agrees_with_an_independent_fit_through_public_calls() -> None:
+    from scipy.optimize import least_squares
+
+    data = noisy(TRUTH, PLACES, seed=5, pressure=0.0)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+
+    def residuals(q: np.ndarray) -> np.ndarray:
+        rod = po.Rod(TRUTH.bending_stiffness, T_TRUE * math.exp(q[0]), TRUTH.adhesion_range * math.exp(q[1]))
+        lengths = [po.length_given_pressure(rod, p, tol=1e-10).length for p in data.pressure]
+        return (np.array(lengths) - data.length) / data.length_sd
+
+    other = least_squares(residuals, np.zeros(2), jac="3-point", xtol=1e-12, ftol=1e-14, gtol=1e-12)
+    found = np.log([fit.rod.adhesion_strength / T_TRUE, fit.rod.adhesion_range / TRUTH.adhesion_range])
+    assert found == pytest.approx(other.x, abs=1e-6)
+    assert fit.chi2 == pytest.approx(2.0 * other.cost, rel=1e-8)
+    covariance = np.linalg.inv(other.jac.T @ other.jac)
+    assert fit.log_covariance == pytest.approx(covariance, rel=1e-4)
+
+
+def test_errors_in_both_variables_agree_with_an_independent_fit() -> None:
+    from scipy.optimize import least_squares
+
+    data = noisy(TRUTH, PLACES[2:], seed=6)
+    fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
+
+    def residuals(z: np.ndarray) -> np.ndarray:  # log y0, then the true pressures
+        rod = po.Rod(TRUTH.bending_stiffness, T_TRUE, TRUTH.adhesion_range * math.exp(z[0]))
+        true = data.pressure * np.exp(z[1:])
+        lengths = [po.length_given_pressure(rod, p, tol=1e-10).length for p in true]
+        return np.concatenate(
+            [(np.array(lengths) - data.length) / data.length_sd, (true - data.pressure) / data.pressure_sd]
+        )
+
+    other = least_squares(
+        residuals, np.zeros(1 + len(data)), jac="3-point", xtol=1e-12, ftol=1e-14, gtol=1e-12
+    )
+    assert math.log(fit.rod.adhesion_range / TRUTH.adhesion_range) == pytest.approx(other.x[0], abs=1e-6)
+    assert fit.chi2 == pytest.approx(2.0 * other.cost, rel=1e-7)
+    marginal = np.linalg.inv(other.jac.T @ other.jac)[0, 0]
+    assert fit.log_covariance[0, 0] == pytest.approx(marginal, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_no_start_is_needed() -> None:
+    data = noisy(TRUTH, PLACES, seed=7)
+    known = {K: TRUTH.bending_stiffness}
+    searched, given = (po.calibrate(data, free=(T0, Y0), rod=rod) for rod in (known, start((T0, Y0))))
+    assert searched.rod.adhesion_strength == pytest.approx(given.rod.adhesion_strength, rel=1e-8)
+    far = po.Rod(TRUTH.bending_stiffness, 10.0 * T_TRUE, 0.1 * TRUTH.adhesion_range)
+    assert po.calibrate(data, free=(T0, Y0), rod=far).rod.adhesion_range == pytest.approx(
+        given.rod.adhesion_range, rel=1e-8
+    )
+
+
+@pytest.mark.parametrize(
+    "rod",
+    [
+        pytest.param(po.Rod(5.7e-18, 6.2e8, 1e-9), marks=pytest.mark.slow),
+        po.Rod(1e-18, 1e9, 1e-9),
+        po.Rod(3e2, 1e-2, 4e1),
+    ],
+    ids=["graphene", "1e-18", "huge"],
+)
+def test_scales_do_not_matter(rod: po.Rod) -> None:
+    ratios = np.array([0.9, 0.75, 0.6, 0.5, 0.4])
+    lengths, p = states(rod, ratios)
+    begin = po.Rod(rod.bending_stiffness, 0.8 * rod.adhesion_strength, 1.3 * rod.adhesion_range)
+    fit = po.calibrate(po.Measurements(lengths, p, length_sd=0.01 * lengths), free=(T0, Y0), rod=begin)
+    assert fit.rod.adhesion_strength == pytest.approx(rod.adhesion_strength, rel=1e-7)
+    assert fit.rod.adhesion_range == pytest.approx(rod.adhesion_range, rel=1e-7)
+    low, high = fit.interval(T0)
+    assert low < rod.adhesion_strength < high
+
+
+@pytest.mark.slow
+def test_folded_states() -> None:
+    data = noisy(TRUTH, np.array([0.2, 0.24, 0.3, 0.38, 0.46]), seed=8, state="folded")
+    fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)), state="folded")
+    assert abs(fit.rod.adhesion_range - TRUTH.adhesion_range) < 4.0 * fit.sd[Y0]
+    assert {eq.state for eq in fit.equilibria} == {"folded"}
+
+
+def test_repeated_points_count_twice() -> None:
+    lengths, p = states(TRUTH, PLACES)
+    once = po.calibrate(po.Measurements(lengths, p, length_sd=0.01 * lengths), free=(Y0,), rod=start((Y0,)))
+    l2, p2 = np.tile(lengths, 2), np.tile(p, 2)
+    twice = po.calibrate(po.Measurements(l2, p2, length_sd=0.01 * l2), free=(Y0,), rod=start((Y0,)))
+    assert twice.sd[Y0] == pytest.approx(once.sd[Y0] / math.sqrt(2.0), rel=1e-8)
+
+
+# --- shapes -------------------------------------------------------------------------------
+
+
+def picture(pressure: float, seed: int, sd: float = 1e-5, points: int = 12, shift: float = 0.0, **known):
+    eq = po.length_given_pressure(TRUTH, pressure)
+    rng = np.random.default_rng(seed)
+    s = np.linspace(0.0, eq.length, points)
+    x, y = (np.interp(s, eq.s, v) + sd * rng.standard_normal(points) for v in (eq.x, eq.y))
+    return po.MeasuredShape(x + shift, y, max(sd, 1e-6), pressure=pressure, tip=True, **known)
+
+
+def test_shapes_determine_all_numbers() -> None:
+    data = [picture(1e5, 1), picture(4.5e4, 2, shift=4e-4, free_origin=True, name="second")]
+    fit = po.calibrate(data, rod=start(MATERIAL))
+    for name in MATERIAL:
+        assert abs(fit.estimates[name] - getattr(TRUTH, name)) < 4.0 * fit.sd[name]
+    assert fit.degrees == (12 + 1) + (12 + 1 - 1) - 3
+    assert fit.origins["second"] == pytest.approx(4e-4, abs=5e-5)
+    assert fit.residuals[0].shape == (24,)
+    assert fit.p_value > 0.001
+
+
+def test_a_shape_and_pairs_together() -> None:
+    data = [picture(6e4, 3), noisy(TRUTH, PLACES[::2], seed=4)]
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+    alone = po.calibrate(data[1], free=(T0, Y0), rod=start((T0, Y0)))
+    assert fit.sd[T0] < alone.sd[T0]
+    assert abs(fit.rod.adhesion_strength - T_TRUE) < 4.0 * fit.sd[T0]
+
+
+def test_a_point_beyond_the_tip_is_said() -> None:
+    shape = picture(6e4, 3, sd=0.0)
+    x, y = shape.x.copy(), shape.y.copy()
+    x[0] -= 2e-5
+    fit = po.calibrate(po.MeasuredShape(x, y, 1e-5, pressure=6e4), free=(Y0,), rod=start((Y0,)))
+    assert any("beyond the fitted tip" in w for w in fit.warnings)
+
+
+# --- how sure -----------------------------------------------------------------------------
+
+
+def test_gradients_are_those_of_differences() -> None:
+    data = observations([noisy(TRUTH, PLACES[[1, 6]], seed=9), picture(4.5e4, 2, free_origin=True)])
+    seen = [o.scaled(TRUTH.eta, T_TRUE) for o in data]
+    seen = [Observation(**{**o.__dict__, "state": "unfolded"}) for o in seen]
+    problem = Problem(seen, TRUTH.ratio, np.ones(3, bool), None)
+    posed = problem.pose(np.zeros(3), [Placed(projected(TRUTH, o)) for o in data_with_state(data)])
+    h = 1e-6
+    for signature, u, d in zip(posed.signatures, posed.state.unknowns, posed.state.data, strict=True):
+        part, q = block(signature), np.array([0.01, -0.02, 0.03])
+        _, g_u, g_q, _, r_u, r_q = part.evaluate(u, q, d)
+        for j in range(part.unknowns + 3):
+            du, dq = np.zeros(part.unknowns), np.zeros(3)
+            (du if j < part.unknowns else dq)[j if j < part.unknowns else j - part.unknowns] = h
+            above, below = part.evaluate(u + du, q + dq, d), part.evaluate(u - du, q - dq, d)
+            for k, by_u, by_q in ((0, g_u, g_q), (3, r_u, r_q)):
+                column = by_u[:, j] if j < part.unknowns else by_q[:, j - part.unknowns]
+                difference = (above[k] - below[k]) / (2.0 * h)
+                assert difference == pytest.approx(column, abs=1e-4 * (1.0 + np.abs(column).max()))
+
+
+def data_with_state(data: list[Observation]) -> list[Observation]:
+    return [Observation(**{**o.__dict__, "state": "unfolded"}) for o in data]
+
+
+def test_both_hessians_lead_to_one_fit() -> None:
+    data = noisy(TRUTH, PLACES, seed=11)
+    one, other = (
+        po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)), solver=Solver(exact_hessian=exact))
+        for exact in (False, True)
+    )
+    assert one.rod.adhesion_strength == pytest.approx(other.rod.adhesion_strength, rel=1e-8)
+
+
+def test_profile_and_covariance_agree_where_the_fit_is_sharp() -> None:
+    data = noisy(TRUTH, PLACES, seed=12, length=1e-3, pressure=1e-3)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+    for name in fit.free:
+        profile, plain = fit.interval(name), fit.interval(name, method="covariance")
+        assert profile == pytest.approx(plain, abs=0.05 * (plain[1] - plain[0]))
+    curve = fit.profile(T0, points=5, width=2.0)
+    assert curve.deviance == pytest.approx([4.0, 1.0, 0.0, 1.0, 4.0], abs=0.15)
+    assert curve.others[Y0].shape == (5,)
+
+
+def test_outliers_pull_less_with_a_robust_loss() -> None:
+    clean = noisy(TRUTH, PLACES, seed=13)
+    length = clean.length.copy()
+    length[5] *= 1.15
+    data = po.Measurements(length, clean.pressure, length_sd=clean.length_sd, pressure_sd=clean.pressure_sd)
+    plain, robust, good = (
+        po.calibrate(d, free=(T0, Y0), rod=start((T0, Y0)), loss=loss)
+        for d, loss in ((data, "least-squares"), (data, "pseudo-huber"), (clean, "least-squares"))
+    )
+    off_plain, off_robust = (abs(f.rod.adhesion_range - good.rod.adhesion_range) for f in (plain, robust))
+    assert off_robust < 0.35 * off_plain
+    assert any("row 6" in w and "outlier" in w for w in robust.warnings)
+    assert any("chi-square" in w for w in plain.warnings)
+    assert np.argmin([w.min() for w in robust.weights]) == 5
+    low, high = robust.interval(Y0)
+    assert low < TRUTH.adhesion_range < high
+
+
+# --- what the data cannot tell ------------------------------------------------------------
+
+
+def test_near_the_transition_only_the_critical_length_is_seen() -> None:
+    rod = po.Rod.from_ratio(30.0)
+    rod = po.Rod(30.0**3, 1.0, 1.0)
+    data = noisy(rod, np.array([0.9996, 0.9997, 0.9998, 0.9999]), seed=1, pressure=0.0)
+    fit = po.calibrate(data, free=(K, Y0), rod=rod)
+    assert not fit.identifiable
+    assert fit.combinations[0].determined
+    k, _, y = fit.combinations[0].exponents
+    assert k == pytest.approx(y, rel=0.05)
+    assert any("do not tell the free numbers apart" in w for w in fit.warnings)
+    assert "warning:" in repr(fit)
+    critical = (
+        math.pi * (fit.rod.bending_stiffness * fit.rod.adhesion_range / fit.rod.adhesion_strength) ** 0.25
+    )
+    assert critical == pytest.approx(rod.critical_length, rel=0.02)
+
+
+def test_points_at_one_place_determine_one_number_only() -> None:
+    data = noisy(TRUTH, np.full(5, 0.43), seed=2)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+    assert [c.determined for c in fit.combinations] == [True, False]
+    assert po.calibrate(data, free=(Y0,), rod=start((Y0,))).identifiable
+
+
+def test_as_many_data_as_numbers_is_said() -> None:
+    lengths, p = states(TRUTH, PLACES[[1, 5]])
+    fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-6), free=(T0, Y0), rod=start((T0, Y0)))
+    assert fit.degrees == 0
+    assert math.isnan(fit.p_value)
+    assert any("as many data" in w for w in fit.warnings)
+
+
+@pytest.mark.slow
+def test_data_on_the_folded_branch_contradict_the_unfolded_one() -> None:
+    data = noisy(TRUTH, np.array([0.24, 0.3, 0.38, 0.46]), seed=8, state="folded")
+    try:
+        fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
+        said = fit.warnings
+    except po.NotConverged as error:
+        said = (str(error),)
+    assert any("folded" in words for words in said)
+
+
+# --- what is refused ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"free": ("stiffness",)}, "unknown free number 'stiffness'"),
+        ({"free": ()}, "nothing is free"),
+        ({"rod": None}, "neither free nor known"),
+        ({"loss": "huber"}, "unknown loss"),
+        ({"state": "upper"}, "unknown state"),
+        ({"loss": "pseudo-huber", "loss_scale": -1.0}, "loss_scale"),
+        ({"rod": {"thickness": 1.0}}, "thickness"),
+    ],
+)
+def test_options_that_cannot_be_meant(options: dict, words: str) -> None:
+    data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 33e3], pressure_sd=500.0)
+    with pytest.raises(po.InvalidInput, match=words):
+        po.calibrate(data, **({"free": (T0,), "rod": TRUTH} | options))
+
+
+def test_too_few_points() -> None:
+    data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 33e3], pressure_sd=500.0)
+    with pytest.raises(po.InvalidInput, match="2 independent data cannot determine 3"):
+        po.calibrate(data, rod=TRUTH)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"pressure": [48e3, math.nan]}, r"pressure \[Pa\] is missing in row 2"),
+        ({"length": [1.9e-3, -2.2e-3]}, r"length \[m\] must be finite and positive, got -0.0022 in row 2"),
+        ({"pressure_sd": [500.0, 0.0]}, r"pressure_sd \[Pa\] must be finite and positive, got 0 in row 2"),
+        ({"pressure_sd": None}, "standard deviation"),
+        ({"pressure": [48e3]}, "1 values for 2 rows"),
+        ({"pressure": ["a", "b"]}, "numbers only"),
+        ({"state": ["lower", "upper"]}, "unknown state 'upper' in row 2"),
+        ({"state": ["lower"]}, "1 states"),
+        ({"length": 1.9e-3}, "list of numbers"),
+    ],
+)
+def test_measurements_that_cannot_be_meant(fields: dict, words: str) -> None:
+    good = {"length": [1.9e-3, 2.2e-3], "pressure": [48e3, 33e3], "pressure_sd": 500.0}
+    with pytest.raises(po.InvalidInput, match=words):
+        po.Measurements(**(good | fields))
+
+
+def test_shapes_that_cannot_be_meant() -> None:
+    for fields, words in (
+        ({"pressure": None}, "neither a pressure nor a length"),
+        ({"pressure": -1.0}, "pressure of shape"),
+        ({"sd": 0.0}, "sd"),
+        ({"y": [1e-4, math.nan]}, "shape, point 2"),
+        ({"length_sd": 1e-5}, "length_sd but no length"),
+    ):
+        with pytest.raises(po.InvalidInput, match=words):
+            po.MeasuredShape(
+                **({"x": [-1e-3, -5e-4], "y": [5e-4, 2e-4], "sd": 1e-5, "pressure": 5e4} | fields)
+            )
+    with pytest.raises(po.InvalidInput, match="data must be"):
+        po.calibrate([1.0, 2.0], rod=TRUTH)
+    with pytest.raises(po.InvalidInput, match="empty"):
+        po.calibrate([], rod=TRUTH)
+
+
+def test_intervals_that_cannot_be_meant() -> None:
+    lengths, p = states(TRUTH, PLACES[::2])
+    fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-5), free=(Y0,), rod=TRUTH)
+    for call, words in (
+        (lambda: fit.interval(T0), "was not fitted"),
+        (lambda: fit.interval(Y0, level=1.5), "level"),
+        (lambda: fit.interval(Y0, method="guess"), "unknown method"),
+    ):
+        with pytest.raises(po.InvalidInput, match=words):
+            call()
+
+
+# --- long ---------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_coverage_of_the_95_percent_interval() -> None:
+    seeds, free = 240, (T0, Y0)
+    inside = {name: [0, 0] for name in free}
+    for seed in range(seeds):
+        fit = po.calibrate(noisy(TRUTH, PLACES, seed=1000 + seed), free=free, rod=start(free))
+        for name in free:
+            for i, method in enumerate(("covariance", "profile")):
+                low, high = fit.interval(name, method=method)
+                inside[name][i] += low < getattr(TRUTH, name) < high
+    # Two and a half binomial standard deviations of 0.95 at 240 seeds.
+    for counts in inside.values():
+        for count in counts:
+            assert abs(count / seeds - 0.95) < 2.5 * math.sqrt(0.95 * 0.05 / seeds), inside
