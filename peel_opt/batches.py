@@ -171,10 +171,9 @@ def _placed(here: Point, there: Point, x: np.ndarray, rate: np.ndarray, steps: i
     place, gradient = chart(x[-4:])
     tangent = rate if here.tangent[-4] > 0.0 else -rate
     unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-    ahead = float(here.direction @ (place - here.place))
     # No branch is left between neighbours on the same side of all corners.
     orientation = here.orientation if here.orientation == there.orientation else 0
-    return Point(here.problem, x, unit, here.arclength + ahead, steps, orientation)
+    return Point(here.problem, x, unit, here.arclength + here.ahead(place), steps, orientation)
 
 
 def _belongs(family: Family, before: Point, point: Point, there: Point) -> bool:

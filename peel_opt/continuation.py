@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -77,6 +77,10 @@ class Point:
     def place(self) -> np.ndarray:
         """Coordinates of the arclength, shape (4,)."""
         return self.chart[0]
+
+    def ahead(self, place: np.ndarray) -> float:
+        """Distance of a place along the tangent."""
+        return float(self.direction @ (place - self.place))
 
     @cached_property
     def direction(self) -> np.ndarray:
@@ -290,7 +294,8 @@ class Family:
         low, high, shrink, reach = here, there, 1.0, 1.0
         a, b = rate(low), rate(high)
         before = last = math.inf
-        while (span := high.arclength - low.arclength) > FOLD_WIDTH and shrink > 1e-6:
+        # Arclengths add up steps of different origin: the bracket is measured from its lower end.
+        while (span := low.ahead(high.place)) > FOLD_WIDTH and shrink > 1e-6:
             near, value = (0.0, a) if abs(a) < abs(b) else (span, b)
             aim = near - reach * value * span / (b - a) if span < 0.5 * before else 0.5 * span
             margin = min(0.4 * FOLD_WIDTH, 0.4 * span)
@@ -303,7 +308,18 @@ class Family:
                 low, a = point, value
             else:
                 high, b = point, value
-        return (low if abs(a) < abs(b) else high), (low.arclength, high.arclength)
+        found = low if abs(a) < abs(b) else high
+        start = arclength_between(here, there, low.place)
+        if found is not here and found is not there:
+            found = replace(found, arclength=arclength_between(here, there, found.place))
+        return found, (start, start + max(span, 0.0))
+
+
+def arclength_between(here: Point, there: Point, place: np.ndarray) -> float:
+    """Arclength of a place between two neighbouring points, in proportion to its distances."""
+    before, after = (float(np.linalg.norm(place - p.place)) for p in (here, there))
+    share = before / (before + after) if before > 0.0 else 0.0
+    return here.arclength + share * (there.arclength - here.arclength)
 
 
 def _crossed_over(here: Point, there: Point) -> bool:

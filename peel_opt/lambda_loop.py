@@ -162,7 +162,7 @@ def loop_from_states(
         peeled, lost = detached[up][0], detached[down][0]
         jumps = (Jump("up", up, 0.0, peeled), Jump("down", down, lost, 0.0))
         assert potential is not None
-        area = _area(potential, lost, peeled)
+        area = enclosed_area(potential, lost, peeled)
     said = NOT_COMPUTED if jumps else ""
     return HysteresisLoop(beta0, convention, source, upwards, downwards, jumps, area, said, branch)
 
@@ -175,7 +175,7 @@ def _sweep(visits: list[tuple[float, State]]) -> Sweep:
     return Sweep(*columns)
 
 
-def _area(potential: EffectivePotential, lost: float, peeled: float) -> float:
+def enclosed_area(potential: EffectivePotential, lost: float, peeled: float) -> float:
     """Integral of alpha1 dlambda along the lower branch between the two jumps."""
     cell = Grid.gauss(8)
     edges = np.linspace(lost, peeled, 65)

@@ -167,7 +167,8 @@ class PrimaryBranch:
         """Make every fold a point, so that p and sbar are monotone between neighbours."""
         for fold in locate(self.family, (here, there), FOLDS[self.family.closure.kind]):
             self.folds.append(fold)
-            insort(self.points, fold.point, key=lambda p: p.arclength)
+            if fold.point is not here and fold.point is not there:
+                insort(self.points, fold.point, key=lambda p: p.arclength)
 
     def fold(self, kind: str) -> Located | None:
         """The first fold of a kind met so far."""

@@ -18,7 +18,7 @@ from .branch_parts import Trivial
 from .checks import finite, non_negative, positive
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point, StepControl
+from .continuation import Family, Point, StepControl, arclength_between
 from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
 from .primary import PrimaryBranch
@@ -249,12 +249,8 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
                     f"could not land on {name} = {value:g}.", remedy="Ask for a value off a fold."
                 )
             problem, result = landed
-            share = np.linalg.norm(chart(result.x[-4:])[0] - chart(here.x[-4:])[0])
-            found.append(
-                family.point(
-                    problem, result.x, here.direction, here.arclength + float(share), result.iterations
-                )
-            )
+            arclength = arclength_between(here, there, chart(result.x[-4:])[0])
+            found.append(family.point(problem, result.x, here.direction, arclength, result.iterations))
     return found
 
 

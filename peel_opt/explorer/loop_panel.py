@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..lambda_loop import _area as enclosed_area
+from ..lambda_loop import enclosed_area
 from .curves import Curve
 from .diagram_panel import units
 from .panels import Axis, Frame, Line, LoopPanel, Mark
