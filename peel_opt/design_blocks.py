@@ -194,8 +194,7 @@ def _equilibrium(rod: Rod, requirement: Requirement) -> Block:
 def _minimum(rod: Rod, requirement: Requirement) -> Block:
     closure = Closure("ratio", rod.ratio)
     branch = primary_branch(COHESIVE, closure)
-    branch.extend(lambda _: branch.fold("LP-pressure") is not None)
-    fold = branch.fold("LP-pressure")
+    fold = branch.reach("LP-pressure")
     if fold is None:
         raise NoEquilibrium("the minimum pressure was not reached.")
     problem = FOLD_MESH.discretise(fold.point.problem.phases)

@@ -51,8 +51,7 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     """
     sigma = math.cbrt(positive("beta0", beta0))
     branch = primary_branch(LINEAR, Closure("length", sigma))
-    branch.extend(lambda _: branch.fold("LP-lambda") is not None)
-    fold = branch.fold("LP-lambda")
+    fold = branch.reach("LP-lambda")
     if fold is None:
         raise NoEquilibrium(
             f"at beta0 = {beta0:g} the branch through T has no fold in lambda.",

@@ -170,8 +170,7 @@ class FoldFamily(Family):
         """
         sigma = Closure("length", math.cbrt(beta0))
         branch = primary_branch(self.law, sigma)
-        branch.extend(lambda _: branch.fold("LP-lambda") is not None)
-        fold = branch.fold("LP-lambda")
+        fold = branch.reach("LP-lambda")
         solved = self.solve(fold.point.profile, sigma) if fold is not None else None
         if solved is None:
             raise NotConverged(

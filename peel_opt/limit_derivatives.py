@@ -107,8 +107,7 @@ def LENGTH(s: Scalars) -> float:
 
 def _minimum_pressure(branch: PrimaryBranch) -> Located:
     """The first fold in pressure."""
-    branch.extend(lambda _: branch.fold("LP-pressure") is not None)
-    fold = branch.fold("LP-pressure")
+    fold = branch.reach("LP-pressure")
     if fold is None:
         raise NotConverged(
             f"the minimum pressure at eta/y0 = {branch.family.closure.value:.4g} was not reached.",

@@ -201,8 +201,7 @@ def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
 def _least_pressure(rod: Rod) -> float:
     """Return P_min as a walk along the branch has it, near enough to choose pressures by."""
     walk = primary_branch(COHESIVE, Closure("ratio", rod.ratio))
-    walk.extend(lambda _: walk.fold("LP-pressure") is not None)
-    found = walk.fold("LP-pressure")
+    found = walk.reach("LP-pressure")
     if found is None:
         raise NoEquilibrium(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")
     return float(found.point.scalars.pressure_ratio)

@@ -174,6 +174,11 @@ class PrimaryBranch:
         """The first fold of a kind met so far."""
         return next((f for f in self.folds if f.kind == kind), None)
 
+    def reach(self, kind: str) -> Located | None:
+        """Walk on to the first fold of a kind; None if the branch ends before."""
+        self.extend(lambda _: self.fold(kind) is not None)
+        return self.fold(kind)
+
     def state_at(self, arclength: float) -> str:
         """Label of a place on the branch that has been walked."""
         if self.side < 0:

@@ -24,8 +24,7 @@ SMALL_SLOPE = 1.022
 def minimum_pressure(ratio: float) -> tuple[float, float]:
     """Return p/T0 and sbar/eta at the minimum pressure of a rod under law (8)."""
     branch = primary_branch(COHESIVE, Closure("ratio", ratio))
-    branch.extend(lambda _: branch.fold("LP-pressure") is not None)
-    fold = branch.fold("LP-pressure")
+    fold = branch.reach("LP-pressure")
     if fold is None:
         raise NotConverged(f"the branch of eta/y0 = {ratio:g} ended before its minimum pressure.")
     return fold.point.scalars.pressure_ratio, fold.point.scalars.sigma
