@@ -73,7 +73,7 @@ def slide(page: Page, name: str, value: float, *, rest: bool = True) -> None:
 
 
 def here(page: Page) -> tuple[float, float]:
-    data = page.diagram.here.data
+    data = page.panels.diagram.here.data
     return float(data["x"][0]), float(data["y"][0])
 
 
@@ -81,24 +81,24 @@ def test_a_page_opens_with_all_panels_filled() -> None:
     page = opened(State())
     assert page.scene.full
     assert here(page) == pytest.approx((-0.23, po.equilibrium(beta0=4, lam=-0.23).alpha1), rel=1e-6)
-    assert len(page.rod.lines["rod"].data["x"]) > 20
-    assert page.potential.here.data["x"][0] == pytest.approx(here(page)[1], rel=1e-6)
-    assert len(page.loop.lines["up"].data["x"]) > 20
+    assert len(page.panels.rod.lines["rod"].data["x"]) > 20
+    assert page.panels.potential.here.data["x"][0] == pytest.approx(here(page)[1], rel=1e-6)
+    assert len(page.panels.loop.lines["up"].data["x"]) > 20
     for part in ("state", "diagram", "potential"):
         assert f">{part}</td>" in page.costs.text
-    assert "certified" in page.headline.text
+    assert "certified" in page.panels.headline.text
     assert page.address.data["query"] == [page.state.to_query()]
 
 
 def test_all_panels_follow_a_slider() -> None:
     page = opened()
-    before = np.array(page.rod.lines["rod"].data["y"])
+    before = np.array(page.panels.rod.lines["rod"].data["y"])
     slide(page, "lam", 1.0, rest=False)
     assert not page.scene.full
     assert here(page)[0] == pytest.approx(1.0)
-    assert page.loop.here.data["x"][0] == pytest.approx(1.0)
-    assert page.potential.items["current"].label["value"] == "λ = 1"
-    assert np.nanmax(page.rod.lines["rod"].data["y"]) > np.nanmax(before)
+    assert page.panels.loop.here.data["x"][0] == pytest.approx(1.0)
+    assert page.panels.potential.items["current"].label["value"] == "λ = 1"
+    assert np.nanmax(page.panels.rod.lines["rod"].data["y"]) > np.nanmax(before)
     pump(page)
     assert page.scene.full
     slide(page, "beta0", 9.0)
@@ -173,10 +173,10 @@ def test_a_rod_in_si_is_typed_and_switched() -> None:
     pump(page)
     assert page.state.length == pytest.approx(2.1e-3)
     assert page.controls.numbers["length"].slider.value == pytest.approx(2.1)
-    assert "mm" in page.diagram.figure.xaxis[0].axis_label
+    assert "mm" in page.panels.diagram.figure.xaxis[0].axis_label
     slide(page, "length", 2.2)
     assert page.state.length == pytest.approx(2.2e-3)
-    assert "Pa" in page.headline.text
+    assert "Pa" in page.panels.headline.text
 
 
 def test_si_and_groups_given_cannot_be_combined_and_say_so() -> None:
@@ -201,14 +201,14 @@ def test_every_choice_can_be_made() -> None:
 def test_a_state_that_does_not_exist_offers_the_nearest() -> None:
     page = opened(State(lam=-0.9, accuracy="sketch"))
     assert "nearest that does exist" in page.notes.text
-    assert "no such state" in page.headline.text
+    assert "no such state" in page.panels.headline.text
     assert page.controls.nearest.visible
-    assert len(page.rod.lines["rod"].data["x"]) == 0
+    assert len(page.panels.rod.lines["rod"].data["x"]) == 0
     page._to_nearest()
     pump(page)
     assert page.state.lam == pytest.approx(-0.269, abs=1e-3)
     assert not page.controls.nearest.visible
-    assert len(page.rod.lines["rod"].data["x"]) > 20
+    assert len(page.panels.rod.lines["rod"].data["x"]) > 20
 
 
 def test_a_click_on_a_branch_shows_that_state() -> None:
@@ -236,8 +236,8 @@ def test_the_sweep_plays_and_ends_where_it_began() -> None:
     places, heights = [], []
     for _ in range(len(page._frames)):
         periodic.callback()
-        places.append((float(page.loop.here.data["x"][0]), float(page.loop.here.data["y"][0])))
-        heights.append(float(np.nanmax(page.rod.lines["rod"].data["y"])))
+        places.append((float(page.panels.loop.here.data["x"][0]), float(page.panels.loop.here.data["y"][0])))
+        heights.append(float(np.nanmax(page.panels.rod.lines["rod"].data["y"])))
     assert {y == 0.0 for _, y in places} == {True, False}
     assert min(heights) == 0.0
     assert max(heights) > 0.03
@@ -257,12 +257,12 @@ def test_touching_a_slider_ends_the_sweep() -> None:
 
 def test_two_pages_do_not_disturb_each_other() -> None:
     one, two = opened(), opened(State(beta0=10.0, lam=-1.0, accuracy="sketch"))
-    before = (two.state, here(two), two.headline.text)
+    before = (two.state, here(two), two.panels.headline.text)
     slide(one, "lam", 2.0)
     one.controls.groups["accuracy"].active = 1
     pump(one)
     pump(two)
-    assert (two.state, here(two), two.headline.text) == before
+    assert (two.state, here(two), two.panels.headline.text) == before
 
 
 def test_csv_and_card_are_delivered(tmp_path: Path) -> None:

@@ -21,10 +21,10 @@ from bokeh.models import (
 )
 
 from ..quantities import display
-from ..question import RATIOS
 from . import look
-from .curves import Curve, window
+from .curves import Curve
 from .diagram_panel import units
+from .moves import span
 from .state import CHOICES, State
 
 #: What the buttons of each choice say.
@@ -45,9 +45,6 @@ TITLES = {
 
 #: Units of the numbers of a rod.
 _SI = {"k": "N m", "T0": "Pa", "y0": "m"}
-
-#: Farthest beta0 of the slider; more can be typed.
-_BETA0 = 60.0
 
 _STEPS = 600
 
@@ -281,26 +278,23 @@ class Controls:
             for name, text in self.texts.items():
                 text.value = display(getattr(state, name), _SI[name], 4)
         if groups:
-            self.numbers["beta0"].show(state.beta0, 0.0, _BETA0, f"{state.beta0:.7g}")
-            self.numbers["lam"].show(state.lam, *window(state.beta0), f"{state.lam:.7g}")
+            for name in ("beta0", "lam"):
+                value = getattr(state, name)
+                self.numbers[name].show(value, *span(state, name, curve), f"{value:.7g}")
             return
         if not in_si:
-            self.numbers["ratio"].show(state.ratio, *RATIOS, f"{state.ratio:.7g}")
-        rod = state.rod
-        assert rod is not None
+            self.numbers["ratio"].show(state.ratio, *span(state, "ratio", curve), f"{state.ratio:.7g}")
         self._length_unit, across, self._pressure_unit, up = units(state)
-        low, high = 0.5 * rod.critical_length, 2.0 * rod.critical_length
-        if curve is not None and curve.hold == "ratio" and curve.held == rod.ratio:
-            low, high = (rod.length(float(v)) for v in (curve.length_ratio.min(), curve.length_ratio.max()))
-            low, high = 0.94 * low, 1.06 * high
+        low, high = span(state, "length", curve)
         unit = self._length_unit
         text = display(state.length, "m") if in_si else f"{state.length:.7g}"
         title = across if in_si else "detached length s̄/η"
         self.numbers["length"].show(state.length / unit, low / unit, high / unit, text, title)
+        low, high = span(state, "pressure", curve)
         unit = self._pressure_unit
         text = display(state.pressure, "Pa") if in_si else f"{state.pressure:.7g}"
         title = up if in_si else "pressure p/T₀"
-        self.numbers["pressure"].show(state.pressure / unit, 0.0, rod.adhesion_strength / unit, text, title)
+        self.numbers["pressure"].show(state.pressure / unit, low / unit, high / unit, text, title)
 
 
 def _heading(text: str) -> Any:

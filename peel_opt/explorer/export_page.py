@@ -7,12 +7,10 @@ import html
 from bokeh.document import Document
 from bokeh.models import (
     Button,
-    ColumnDataSource,
     Column,
     CustomJS,
     Div,
     GlobalInlineStyleSheet,
-    GridBox,
     InlineStyleSheet,
     RadioButtonGroup,
     Row,
@@ -22,10 +20,10 @@ from bokeh.models import (
 
 from . import look
 from .downloads import picture
-from .figures import DiagramFigure, LoopFigure, PotentialFigure, RodFigure
+from .four_panels import FourPanels
 from .playback import Recorder
 from .scene import Scene
-from .texts import headline, notes, text_box, wrapped
+from .texts import notes, text_box
 
 #: Time from one picture to the next while it plays [ms].
 FRAME = 120
@@ -74,15 +72,11 @@ class ExportPage:
     """A page that is filled picture by picture and then finished."""
 
     def __init__(self) -> None:
-        self.rod, self.diagram = RodFigure(), DiagramFigure()
-        self.potential, self.loop = PotentialFigure(), LoopFigure()
-        wide = 2 * (look.FRAME_WIDTH + look.LEFT)
-        self.headline = text_box("headline", "status", wide)
-        self.headline.height = 42  # so that the panels stay where they are
-        self.notes = text_box("notes", "status", wide)
+        self.panels = FourPanels()
+        self.notes = text_box("notes", "status", self.panels.width)
         self.trust = text_box("trust", "status", look.SIDE - 8)
-        self._figures = [self.rod, self.diagram, self.potential, self.loop]
-        self.recorder = Recorder([*(p.figure for p in self._figures), self.headline, self.notes, self.trust])
+        figures = [panel.figure for panel in self.panels.all]
+        self.recorder = Recorder([*figures, self.panels.headline, self.notes, self.trust])
         self._spans: list[tuple[int, int]] = []
         self._names: list[str] = []
         self._places: list[tuple[float, float]] = []
@@ -112,19 +106,7 @@ class ExportPage:
         self._scenes.clear()
 
     def _draw(self, scene: Scene) -> None:
-        assert scene.rod is not None
-        self.rod.show(scene.rod)
-        self.diagram.show(scene.diagram)
-        if scene.potential is None:
-            self.potential.clear("no potential")
-        else:
-            self.potential.show(scene.potential)
-        if scene.loop is None:
-            self.loop.clear(wrapped(scene.no_loop))
-            self.loop.title("Hysteresis loop")
-        else:
-            self.loop.show(scene.loop)
-        self.headline.text = headline(scene)
+        self.panels.show(scene)
         self.notes.text = notes(scene, ())
         rows = "".join(
             f'<tr><td style="vertical-align:top; padding-right:8px">{html.escape(part.name)}</td>'
@@ -160,12 +142,11 @@ class ExportPage:
             stylesheets=[style],
         )
         play = Toggle(label="▶ Play", name="play", width=90, stylesheets=[style])
-        grid = GridBox(
-            children=[(panel.figure, i // 2, i % 2) for i, panel in enumerate(self._figures)],
-            name="panels",
-            styles={"background": look.PAPER},
-        )
-        saves = [Button(label=kind.upper(), name=f"save-{kind}", width=56, stylesheets=[style]) for kind in ("png", "svg")]
+        grid = self.panels.grid()
+        saves = [
+            Button(label=kind.upper(), name=f"save-{kind}", width=56, stylesheets=[style])
+            for kind in ("png", "svg")
+        ]
         for button in saves:
             button.js_on_click(picture(grid, button.label.lower()))
         shared = {
@@ -177,8 +158,8 @@ class ExportPage:
         slider.js_on_change("value", CustomJS(args=shared, code=_MOVED))
         buttons.js_on_change("active", CustomJS(args=shared, code=_CHOSEN))
         play.js_on_change("active", CustomJS(args={**shared, "play": play}, code=_PLAYED))
-        tapped = {**shared, "figure": self.diagram.figure, "places": [list(p) for p in self._places]}
-        self.diagram.figure.js_on_event("tap", CustomJS(args=tapped, code=_TAPPED))
+        tapped = {**shared, "figure": self.panels.diagram.figure, "places": [list(p) for p in self._places]}
+        self.panels.diagram.figure.js_on_event("tap", CustomJS(args=tapped, code=_TAPPED))
         doc = Document()
         doc.title = f"peel_opt: {scene.state.words}"
         doc.add_root(
@@ -193,7 +174,7 @@ class ExportPage:
                     width=look.SIDE,
                     spacing=8,
                 ),
-                Column(self.headline, grid, self.notes, spacing=0),
+                Column(self.panels.headline, grid, self.notes, spacing=0),
                 spacing=6,
                 margin=4,
                 stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],

@@ -10,25 +10,24 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.models import Column, GlobalInlineStyleSheet, GridBox, Row
+from bokeh.models import Column, GlobalInlineStyleSheet, Row
 
 from ..errors import PeelOptError
-from . import look
+from . import look, moves
 from .controls import Controls
 from .curves import Curve
 from .downloads import address, outbox, picture, pulse
-from .figures import DiagramFigure, LoopFigure, PotentialFigure, RodFigure
+from .four_panels import FourPanels
 from .panels import Frame
 from .scene import Scene, full_scene, live_scene
 from .state import State
 from .state_cards import to_card
 from .tables import scene_csv
-from .texts import costs, headline, notes, text_box, wrapped
+from .texts import costs, notes, text_box
 
 #: A slider has rested when nothing came for this long [ms].
 RESTED = 350
@@ -77,12 +76,8 @@ class Page:
         self._frames: tuple[Frame, ...] = ()
         self._frame = 0
         self.controls = Controls(self._choice, self._slider, self._text)
-        self.rod, self.diagram = RodFigure(), DiagramFigure()
-        self.potential, self.loop = PotentialFigure(), LoopFigure()
-        wide = 2 * (look.FRAME_WIDTH + look.LEFT)
-        self.headline = text_box("headline", "status", wide)
-        self.headline.height = 42  # so that the panels stay where they are
-        self.notes = text_box("notes", "alert", wide)
+        self.panels = FourPanels()
+        self.notes = text_box("notes", "alert", self.panels.width)
         self.costs = text_box("costs", "status", look.SIDE - 8)
         self.outbox, self.address, self.pulse = outbox(), address(), pulse()
         self._assemble()
@@ -91,12 +86,7 @@ class Page:
         self._solve()
 
     def _assemble(self) -> None:
-        figures = [self.rod, self.diagram, self.potential, self.loop]
-        grid: Any = GridBox(
-            children=[(panel.figure, i // 2, i % 2) for i, panel in enumerate(figures)],
-            name="panels",
-            styles={"background": look.PAPER},  # of the saved picture too
-        )
+        grid = self.panels.grid()
         for kind in ("png", "svg"):
             self.controls.buttons[kind].js_on_click(picture(grid, kind))
         self.controls.buttons["csv"].on_click(self._send_csv)
@@ -104,11 +94,11 @@ class Page:
         self.controls.buttons["link"].on_click(self._send_link)
         self.controls.nearest.on_click(self._to_nearest)
         self.controls.play.on_change("active", self._play)
-        self.diagram.figure.on_event("tap", self._tapped)
+        self.panels.diagram.figure.on_event("tap", self._tapped)
         self.pulse.on_change("data", self._painted)
         root = Row(
             Column(self.controls.box, self.costs, spacing=6),
-            Column(self.headline, grid, self.notes, spacing=0),
+            Column(self.panels.headline, grid, self.notes, spacing=0),
             spacing=6,
             margin=4,
             stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
@@ -122,24 +112,11 @@ class Page:
     # --- what people do -------------------------------------------------------------------
 
     def _choice(self, field: str, value: str) -> None:
-        def change(state: State) -> State:
-            if field == "units":
-                return state.switched(value)
-            if field == "given":
-                return state.asking(value)
-            return state.changed(**{field: value})
-
-        self._try(change)
+        self._try(lambda state: moves.chosen(state, field, value))
 
     def _slider(self, field: str, value: float, rested: bool) -> None:
-        self._try(lambda state: state.changed(**{field: value, "near": self._tracked(state)}), rested=rested)
-
-    def _tracked(self, state: State) -> float | None:
-        """Stay at the state in view where several have its label: pick by the last answer."""
         eq = self.scene.equilibrium
-        if state.label not in ("folded", "spurious") or eq is None:
-            return None
-        return {"groups": eq.alpha1, "length": eq.pressure, "pressure": eq.length}[state.given]
+        self._try(lambda state: moves.slid(state, field, value, eq), rested=rested)
 
     def _text(self, field: str, text: str) -> None:
         self._try(lambda state: state.typed(field, text))
@@ -149,9 +126,7 @@ class Page:
             return
         spot = self.scene.diagram.nearest_spot(float(event.x), float(event.y))
         if spot is not None:
-            near = None if spot.label == "adhered" else spot.near
-            label = spot.label if spot.label != "other" else "unfolded"
-            self._try(lambda state: state.at(spot.value).changed(label=label, near=near))
+            self._try(lambda state: moves.picked(state, spot))
 
     def _to_nearest(self) -> None:
         nearest = self.scene.nearest
@@ -254,13 +229,7 @@ class Page:
         scene = self.scene
         self.doc.hold("combine")
         try:
-            self._draw_moving(scene)
-            self.diagram.show(scene.diagram)
-            if scene.loop is None:
-                self.loop.clear(wrapped(scene.no_loop))
-                self.loop.title("Hysteresis loop")
-            else:
-                self.loop.show(scene.loop)
+            self.panels.show(scene)
             self.controls.play.disabled = scene.loop is None
             self.controls.nearest.visible = scene.nearest is not None
             self._say(self.messages)
@@ -268,18 +237,6 @@ class Page:
             self._sent_picture()
         finally:
             self.doc.unhold()
-
-    def _draw_moving(self, scene: Scene) -> None:
-        """Draw what changes with every frame of a sweep."""
-        if scene.rod is None:
-            self.rod.clear("no such state: see below")
-        else:
-            self.rod.show(scene.rod)
-        if scene.potential is None:
-            self.potential.clear("no state, no β₀, no potential")
-        else:
-            self.potential.show(scene.potential)
-        self.headline.text = headline(scene)
 
     def _say(self, messages: tuple[str, ...]) -> None:
         """Show messages as text, never as markup."""
@@ -308,28 +265,23 @@ class Page:
         if self._frame >= len(self._frames):
             self._stop()
             return
-        frame = self._frames[self._frame]
+        frame, loop = self._frames[self._frame], self.scene.loop
         self._frame += 1
+        assert loop is not None  # the sweep goes round it
         try:
-            state = self._at(frame)
+            state = moves.framed(self.state, loop, frame)
         except PeelOptError:
             return  # outside what a state may be; the sweep goes on
         scene = live_scene(state, best=self.best)
         self.doc.hold("combine")
         try:
             if scene.rod is not None:  # otherwise the picture before stays for a moment
-                self._draw_moving(scene)
-                self.diagram.place(scene.diagram.here)
-            self.loop.place((frame.x, frame.y))
+                self.panels.show_moving(scene)
+                self.panels.diagram.place(scene.diagram.here)
+            self.panels.loop.place((frame.x, frame.y))
             self._sent_picture()
         finally:
             self.doc.unhold()
-
-    def _at(self, frame: Frame) -> State:
-        state = self.state
-        if self.scene.loop is not None and self.scene.loop.swept == "pressure":
-            state = replace(state, given="pressure", near=None, label="unfolded")
-        return state.at(frame.value).changed(label=frame.label, near=frame.near)
 
     def _stop(self) -> None:
         """End the sweep and show the state again."""

@@ -28,6 +28,10 @@ FROM_ZERO = (0.0, 1.0, 2.0, 4.0)
 _LABELS = ("middle", "lower", "folded")
 
 
+#: An answer farther than this from where its branch was, in shares of the picture, is another one.
+ELSEWHERE = 0.02
+
+
 @dataclass(frozen=True)
 class Place:
     """A state to be solved, and where its branch has it: (x, y) in the coordinates of the diagram."""
@@ -97,9 +101,7 @@ def _relative(state: State, value: float, *, asked: bool) -> Relative:
     if state.units == "groups":
         return Relative(f"{value:.4g}", state if asked else state.changed(ratio=value), asked)
     y0 = state.y0 if asked else state.y0 * state.effective_ratio / value
-    return Relative(
-        f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked
-    )
+    return Relative(f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked)
 
 
 def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
@@ -146,7 +148,8 @@ def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
             value += OFF_FOLD * (_given(state, curve, after)[0] - value)
             label = str(curve.state[after])
         asked = state if state.rod is None else state.changed(given="pressure")
-        at = asked.at(value).changed(label=label, near=near)
+        # At a given lambda or pressure the unfolded ones are unique; without a search for others.
+        at = asked.at(value).changed(label=label, near=near if label == "folded" else None)
         found.append(Place(at, float(x[row]), float(y[row])))
     return curve, tuple(found)
 
@@ -165,27 +168,40 @@ def _along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.hypot(u, v))])
 
 
-def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...], int]:
-    """Let the state itself take the place nearest to it, and return that place's number.
+def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...], int, bool]:
+    """Let the state itself take the place nearest to it.
 
-    A state that does not exist, or is not on the branch, leaves all as it is.
+    Returns
+    -------
+    places : tuple of Place
+    nearest : int
+        The number of the place at or nearest to the state; the first where there is no such state.
+    shown : bool
+        Whether the state is among the places: not if it does not exist, is straight or spurious, or
+        belongs to another branch.
     """
     scene = full_scene(state)
     here = scene.diagram.here
-    if here is None or scene.equilibrium is None:
-        return found, 0
+    if here is None:
+        return found, 0, False
     x, y = (np.array([getattr(p, name) for p in found]) for name in ("x", "y"))
     u, v = (x - here[0]) / (np.ptp(x) or 1.0), (y - here[1]) / (np.ptp(y) or 1.0)
     nearest = int(np.hypot(u, v).argmin())
-    if scene.equilibrium.state not in _LABELS:
-        return found, nearest
-    return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest
+    if scene.equilibrium is None or scene.equilibrium.state not in _LABELS:
+        return found, nearest, False
+    return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest, True
 
 
 def solved(place: Place) -> Scene | None:
-    """Return the full picture of a place; None where it has no answer."""
+    """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
     try:
         scene = full_scene(place.state)
     except PeelOptError:
         return None
-    return None if scene.equilibrium is None else scene
+    here, panel = scene.diagram.here, scene.diagram
+    if scene.equilibrium is None or here is None:
+        return None
+    off = math.hypot(
+        (here[0] - place.x) / (panel.x.high - panel.x.low), (here[1] - place.y) / (panel.y.high - panel.y.low)
+    )
+    return scene if off < ELSEWHERE else None
