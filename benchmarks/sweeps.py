@@ -1,15 +1,12 @@
-"""What a sweep costs a point, against the single calls: ``OMP_NUM_THREADS=1 python -m benchmarks.sweeps``."""
+"""What a sweep costs a point, against the single calls: ``python -m benchmarks.sweeps``."""
 
 from __future__ import annotations
 
-import os
 import platform
 import time
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy
 
 import numpy as np
 

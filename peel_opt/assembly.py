@@ -92,7 +92,8 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
     ordered: list[tuple[Part, Point]] = []
     for part in parts:
         if part.sign < 0:
-            ordered += [(part, p) for p in reversed(part.points[1:])]
+            shared = part is not parts[-1]
+            ordered += [(part, p) for p in reversed(part.points[shared:])]
         else:
             ordered += [(part, p) for p in part.points]
     family = parts[-1].family

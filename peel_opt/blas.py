@@ -24,6 +24,6 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
-def one_thread(size: int) -> AbstractContextManager[object]:
-    """Return a context in which systems of ``size`` unknowns are solved on one thread."""
-    return nullcontext() if size <= SMALL else _libraries().limit(limits=1)
+def one_thread(size: int | None = None) -> AbstractContextManager[object]:
+    """Return a context in which systems of ``size`` unknowns, or all, are solved on one thread."""
+    return nullcontext() if size is not None and size <= SMALL else _libraries().limit(limits=1)

@@ -20,9 +20,6 @@ from .transcription import Spectral
 from .transcription.base import Phases
 from .transcription.spectral import SpectralDiscretisation, gauss
 
-#: The material numbers, in the order of q.
-MATERIAL = ("bending_stiffness", "adhesion_strength", "adhesion_range")
-
 #: Entries of a block's data before those of measured points: length, pressure, one over their
 #: standard deviations, and the reference rod's eta/y0.
 HEAD = 5

@@ -35,7 +35,6 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from .calibration_blocks import MATERIAL
 from .calibration_data import STATES, MeasuredShape, Measurements
 from .calibration_files import read_measurements, read_shape
 from .calibration_fit import calibrate
@@ -43,7 +42,7 @@ from .calibration_result import Calibration
 from .card_tables import Length, Number, Pressure, RodTable, Table
 from .cards import explain, read_card
 from .errors import CardError, InvalidInput
-from .rod import Rod
+from .rod import MATERIAL, Rod
 
 #: Which numbers of a rod a field of ``[rod]`` goes into.
 FEEDS = {

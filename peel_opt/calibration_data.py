@@ -15,6 +15,9 @@ from .errors import InvalidInput
 #: States that a measurement may be said to be on; None means unfolded.
 STATES = ("unfolded", "middle", "lower", "folded")
 
+#: Least and largest standard deviation of a number, as a share of it.
+SHARES = (1e-12, 1e6)
+
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
@@ -56,6 +59,8 @@ class Measurements:
 
     def __post_init__(self) -> None:
         count = _count("length", self.length)
+        if isinstance(self.names, str):
+            raise InvalidInput(f"names must be a list of texts, got {self.names!r}.")
         names = tuple(self.names) or tuple(f"row {i}" for i in range(1, count + 1))
         if len(names) != count:
             raise InvalidInput(f"{len(names)} names are given for {count} lengths.")
@@ -64,7 +69,9 @@ class Measurements:
             object.__setattr__(self, field, _column(field, getattr(self, field), unit, names))
             sd = getattr(self, f"{field}_sd")
             if sd is not None:
-                object.__setattr__(self, f"{field}_sd", _column(f"{field}_sd", sd, unit, names))
+                spread = _column(f"{field}_sd", sd, unit, names)
+                _require_meaning(f"{field}_sd", spread, getattr(self, field), names)
+                object.__setattr__(self, f"{field}_sd", spread)
         if self.length_sd is None and self.pressure_sd is None:
             raise InvalidInput(
                 "neither the lengths nor the pressures have a standard deviation.",
@@ -139,12 +146,17 @@ class MeasuredShape:
         for field in ("x", "y"):
             object.__setattr__(self, field, _column(field, getattr(self, field), "m", names, signed=True))
         object.__setattr__(self, "sd", _column("sd", self.sd, "m", names))
+        size = float(np.abs([self.x, self.y]).max(initial=0.0))
+        _require_meaning("sd", self.sd, np.full(len(names), size), names)
         for field, unit in (("pressure", "Pa"), ("length", "m")):
             for key in (field, f"{field}_sd"):
                 if getattr(self, key) is not None:
                     object.__setattr__(self, key, positive(f"{key} of {self.name}", getattr(self, key), unit))
-            if getattr(self, field) is None and getattr(self, f"{field}_sd") is not None:
+            value, sd = getattr(self, field), getattr(self, f"{field}_sd")
+            if value is None and sd is not None:
                 raise InvalidInput(f"{self.name} has a {field}_sd but no {field}.")
+            if sd is not None:
+                _require_meaning(f"{field}_sd", np.array([sd]), np.array([value]), (self.name,))
         if self.pressure is None and self.length is None:
             raise InvalidInput(
                 f"{self.name} has neither a pressure nor a length.",
@@ -246,8 +258,22 @@ def observations(data: Data) -> list[Observation]:
     return found
 
 
+def _require_meaning(name: str, spread: np.ndarray, values: np.ndarray, rows: Sequence[str]) -> None:
+    """Refuse standard deviations below rounding, and those of numbers that say nothing."""
+    for row, sd, value in zip(rows, spread, values, strict=True):
+        if not SHARES[0] * value <= sd <= SHARES[1] * value:
+            word = "below the rounding of" if sd < value else "too large to mean anything for"
+            raise InvalidInput(
+                f"{name} = {sd:g} in {row} is {word} a number of {value:g}.",
+                remedy="Leave the standard deviation out of what is exact, and the row out if it is unknown.",
+            )
+
+
 def _count(name: str, values: Any) -> int:
-    shape = np.shape(values)
+    try:
+        shape = np.shape(values)
+    except ValueError as error:
+        raise InvalidInput(f"{name} must be a list of numbers, got lists in it.") from error
     if len(shape) != 1:
         raise InvalidInput(f"{name} must be a list of numbers, got an array of shape {shape}.")
     return int(shape[0])
@@ -256,8 +282,12 @@ def _count(name: str, values: Any) -> int:
 def _column(name: str, values: Any, unit: str, rows: Sequence[str], *, signed: bool = False) -> np.ndarray:
     """Return finite floats, one for each row, or name the row that is wrong."""
     try:
-        column = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
+        # A masked value is a missing one.
+        given = np.ma.filled(values.astype(float), math.nan) if np.ma.isMaskedArray(values) else values
+        if np.asarray(given).dtype.kind in "bSU":
+            raise TypeError(f"got {given!r}")
+        column = np.array(given, dtype=float)
+    except (OverflowError, TypeError, ValueError) as error:
         raise InvalidInput(f"{name} [{unit}] must hold numbers only: {error}.") from error
     if column.ndim == 0:
         column = np.full(len(rows), float(column))

@@ -23,7 +23,7 @@ import numpy as np
 
 from .calibration_data import STATES, MeasuredShape, Measurements
 from .errors import InvalidInput
-from .files import read_file
+from .files import as_path, read_file
 from .quantities import LENGTH, PRESSURE, Kind, parse
 
 #: Columns of a file of pairs and of a file of points, by what they measure; None for text.
@@ -117,7 +117,7 @@ def read_shape(path: str | Path, *, sd: float | None = None, **known: Any) -> Me
     if ("sd" in table.columns) == (sd is not None):
         raise InvalidInput(f"{table.name} needs a column 'sd', or sd= for all points, and not both.")
     spread = table.columns.get("sd", sd)
-    known.setdefault("name", Path(path).stem)
+    known.setdefault("name", as_path(path).stem)
     return MeasuredShape(table.columns["x"], table.columns["y"], spread, **known)
 
 
@@ -131,7 +131,7 @@ class _Table:
 
 
 def _read(path: str | Path, known: dict[str, Kind | None], needed: tuple[str, ...]) -> _Table:
-    name = Path(path).name
+    name = as_path(path).name
     remedy = "Write CSV with commas in UTF-8; problems/calibrate_flap.csv is an example."
     text = read_file(path, lambda data: data.decode("utf-8-sig"), "CSV", remedy, MOST_BYTES)
     if "\0" in text:

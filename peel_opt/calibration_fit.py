@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from .calibration_blocks import MATERIAL
-from .calibration_checks import RARE, far_points, resolved, warnings_of
 from .calibration_data import STATES, Data, Observation, observations
 from .calibration_identifiability import combinations
-from .calibration_problem import NODES, Fitted, Placed, Posed, Problem
-from .calibration_programme import FURTHEST, Solver
-from .calibration_result import Calibration, chance
+from .calibration_problem import NODES, Problem, watched
+from .calibration_programme import Solver
+from .calibration_result import Calibration
+from .calibration_search import best, rod_at
 from .calibration_sensitivity import linear_model
-from .calibration_start import coarse_rods, fits, projected
+from .calibration_start import coarse_rods
+from .calibration_warnings import RARE, far_points, warnings_of
 from .checks import positive
-from .errors import InvalidInput, NotConverged, OutOfRange, PeelOptError
-from .question import RATIOS
-from .result import Equilibrium
-from .rod import Rod
+from .errors import InvalidInput, PeelOptError
+from .rod import MATERIAL, Rod
 
 #: Losses by name.
 LOSSES = ("least-squares", "pseudo-huber")
@@ -29,27 +27,8 @@ LOSSES = ("least-squares", "pseudo-huber")
 #: Scale of the pseudo-Huber loss that tells outliers from the rest, in standard deviations.
 ROBUST = 1.5
 
-#: Difference of chi-square, by degree of freedom, of two fits that are one.
-SAME = 1e-4
-
 #: Share to which chi-square must fall for other states to be the better reading of the data.
 MUCH_LESS = 0.2
-
-#: Chance of a larger chi-square below which other starts are tried: the fit may be another minimum.
-SUSPICIOUS = 0.01
-
-#: Largest difference of a fitted and a public answer (p/T0 or sbar/eta) that needs no finer mesh.
-AGREED = 1e-8
-
-#: Weight that holds numbers near their start where the data leave them open: one standard
-#: deviation is a factor e.
-RIDGE = 1.0
-
-#: What is left to step, in standard deviations, from which a fit does not count as converged.
-LEFT = 1e-3
-
-#: The same for a fit that leaves a combination open, where less can be asked.
-LEFT_HELD = 0.1
 
 
 def calibrate(
@@ -118,13 +97,17 @@ def calibrate(
     if loss not in LOSSES:
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
     delta = positive("loss_scale", loss_scale) if loss == "pseudo-huber" else None
+    if solver is not None and not isinstance(solver, Solver):
+        raise InvalidInput(f"solver must be a Solver, got {solver!r}.")
     _require_enough(seen, mask)
-    problem = Problem([], 1.0, mask, delta, solver=solver or Solver())
-    result = _fit(seen, known, rod, problem)
-    found = warnings_of(result)
-    if loss == "least-squares" and result.degrees > 0 and result.p_value < RARE:
-        found += _contradictions(result, known)
-    return replace(result, warnings=found)
+    _require_reach(seen, known)
+    posed = Problem([], 1.0, mask, delta, solver=solver or Solver())
+    with watched(posed) as problem:
+        result = _fit(seen, known, rod, problem)
+        found = warnings_of(result)
+        if loss == "least-squares" and result.degrees > 0 and result.p_value < RARE:
+            found += _contradictions(result, known)
+    return replace(result, problem=replace(result.problem, watch=posed.watch), warnings=found)
 
 
 def _fit(
@@ -132,7 +115,7 @@ def _fit(
 ) -> Calibration:
     """Fit and describe, without warnings."""
     mask, delta = problem.free, problem.delta
-    chosen = _best(seen, known, rod, problem)
+    chosen = best(seen, known, rod, problem)
     problem, fitted = chosen.problem, chosen.fitted
     model = linear_model(fitted.posed, mask, delta)
     return Calibration(
@@ -185,12 +168,9 @@ def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, 
     return tuple(far_points(robust))
 
 
-def rod_at(reference: Rod, q: np.ndarray) -> Rod:
-    """Return the rod whose numbers are exp(q) times those of a reference."""
-    return Rod(*(getattr(reference, name) * math.exp(v) for name, v in zip(MATERIAL, q, strict=True)))
-
-
 def _mask(free: Sequence[str]) -> np.ndarray:
+    if not isinstance(free, Iterable):
+        raise InvalidInput(f"free must be a list of names, got {free!r}.")
     names = [free] if isinstance(free, str) else list(free)
     if unknown := [name for name in names if name not in MATERIAL]:
         raise InvalidInput(
@@ -203,6 +183,8 @@ def _mask(free: Sequence[str]) -> np.ndarray:
 
 def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str, float]:
     """Return the numbers that are not free."""
+    if rod is not None and not isinstance(rod, (Rod, Mapping)):
+        raise InvalidInput(f"rod must be a Rod or a mapping of known numbers, got {rod!r}.")
     if isinstance(rod, Rod):
         numbers = {name: getattr(rod, name) for name in MATERIAL}
     else:
@@ -231,129 +213,13 @@ def _require_enough(seen: Sequence[Observation], mask: np.ndarray) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Trial:
-    """A fit from one start, its states solved again."""
-
-    reference: Rod
-    problem: Problem
-    fitted: Fitted
-    equilibria: list[Equilibrium]
-    consistency: float
-
-    @property
-    def strayed(self) -> int:
-        """How many states are not those that were observed."""
-        pairs = zip(self.problem.observations, self.equilibria, strict=True)
-        return sum(not fits(eq.state, observation.state) for observation, eq in pairs)
-
-
-def _best(seen: Sequence[Observation], known: Mapping[str, float], rod: object, problem: Problem) -> _Trial:
-    """Fit from the rod given, and from those of a search where that fails or fits badly."""
-    degrees = sum(o.degrees for o in seen) - int(problem.free.sum())
-    found: list[_Trial] = []
-    reason = "there is none to try."
-    for start in _starts(seen, known, rod):
-        try:
-            found.append(_trial(start, seen, problem))
-        except PeelOptError as error:
-            reason = str(error)
-            continue
-        likely = degrees == 0 or chance(found[-1].fitted.deviance, degrees) > SUSPICIOUS
-        if likely and not found[-1].strayed:
-            return found[-1]
-        if len(found) > 1 and abs(found[-1].fitted.deviance - found[-2].fitted.deviance) < SAME * degrees:
-            break  # two starts lead to one fit
-    if not found:
-        raise NotConverged(
-            f"no start leads to a fit of {len(seen)} observations. The last one: {reason}",
-            remedy="Check units and states (state='folded' for a rod folded back over itself), give a rod to"
-            " start from, or give lengths a standard deviation: near a fold no exact length may exist.",
-        )
-    return min(found, key=lambda trial: (trial.strayed, trial.fitted.deviance))
-
-
-def _starts(seen: Sequence[Observation], known: Mapping[str, float], rod: object) -> Iterator[Rod]:
-    """Yield the rod given, then those of a search, which is not made if nobody asks."""
-    if isinstance(rod, Rod):
-        yield rod
-    yield from (start for _, start in coarse_rods(seen, known))
-
-
-def _trial(start: Rod, seen: Sequence[Observation], problem: Problem) -> _Trial:
-    """Fit from one rod."""
-    _require_range(start)
-    own = [o.scaled(start.eta, start.adhesion_strength) for o in seen]
-    places = [Placed(projected(start, o)) for o in seen]
-    problem, fitted = _attempt(replace(problem, observations=own, ratio=start.ratio), places)
-    if fitted is None:
-        raise NotConverged(f"IPOPT does not converge from {start!r}.")
-    if np.any(np.abs(fitted.q) > 0.99 * FURTHEST):
-        raise NotConverged(f"from {start!r} a number runs away.", remedy="The data do not bound it.")
-    model = linear_model(fitted.posed, problem.free, problem.delta)
-    left = model.left(fitted.q[problem.free], problem.ridge)
-    if left > (LEFT_HELD if problem.ridge else LEFT):
-        raise NotConverged(f"from {start!r} the fit stops {left:.1e} standard deviations before its minimum.")
-    return _refined(problem, fitted, start)
-
-
-def _attempt(problem: Problem, places: Sequence[Placed]) -> tuple[Problem, Fitted | None]:
-    """Solve as it stands, held near the start where the data leave a combination open.
-
-    A combination that the data do not see is no place to go to: a solver wanders along it until
-    it meets something else.
-    """
-    q = np.zeros(3)
-    held = replace(problem, ridge=RIDGE)
-    if not _leaves_open(problem, problem.pose(q, places)):
-        fitted = problem.solve(q, places)
-        if fitted is not None:
-            return problem, fitted
-    near = held.solve(q, places) or held.by_homotopy(q, places)
-    if near is None:
-        return problem, problem.by_homotopy(q, places)
-    if _leaves_open(problem, near.posed):
-        return held, near
-    fitted = problem.solve(near.q, near.posed.placed())
-    return problem, fitted or problem.by_homotopy(q, places)
-
-
-def _leaves_open(problem: Problem, posed: Posed) -> bool:
-    """Whether the data do not determine some combination, to first order at these states."""
-    model = linear_model(posed, problem.free, problem.delta)
-    return not all(c.determined for c in combinations(model.jacobian, problem.free))
-
-
-def _require_range(rod: Rod) -> None:
-    low, high = RATIOS
-    if not low <= rod.ratio <= high:
-        raise OutOfRange(
-            f"eta/y0 = {rod.ratio:.4g} is outside [{low:g}, {high:g}].",
-            remedy="Check that no two material numbers are swapped or in the wrong unit.",
-        )
-
-
-def _refined(problem: Problem, fitted: Fitted, reference: Rod) -> _Trial:
-    """Solve on finer meshes until the public functions agree with the fitted states."""
-    best: _Trial | None = None
-    failure: PeelOptError | None = None
-    for nodes in NODES:
-        if nodes > problem.nodes:
-            finer = replace(problem, nodes=nodes)
-            again = finer.solve(fitted.q, fitted.posed.placed())
-            if again is None:
-                break
-            problem, fitted = finer, again
-        rod = rod_at(reference, fitted.q)
-        _require_range(rod)
-        try:
-            equilibria, consistency = resolved(problem, fitted, rod)
-        except PeelOptError as error:
-            failure = error
-            continue
-        best = _Trial(reference, problem, fitted, equilibria, consistency)
-        if consistency <= AGREED:
-            break
-    if best is None:
-        raise failure or NotConverged("the fit was lost on a finer mesh.", remedy="Give a rod to start from.")
-    return best
+def _require_reach(seen: Sequence[Observation], known: Mapping[str, float]) -> None:
+    """No detached state has a pressure above T0."""
+    T0 = known.get("adhesion_strength", math.inf)
+    for o in seen:
+        if o.role("pressure") == "exact" and o.pressure is not None and o.pressure >= T0:
+            raise InvalidInput(
+                f"{o.name}: the pressure, {o.pressure:g} Pa, is not below the known adhesion_strength,"
+                f" {T0:g} Pa: no detached state has it.",
+                remedy="Check units, free adhesion_strength, or give the pressure a standard deviation.",
+            )

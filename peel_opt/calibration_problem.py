@@ -8,7 +8,9 @@ they no longer change.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +29,10 @@ MOST_ROUNDS = 10
 
 #: Nodes of the spectral form, from the first solve to the finest.
 NODES = (16, 24, 36, 54)
+
+
+def _unwatched() -> None:
+    """Nobody looks on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +112,8 @@ class Problem:
         Weight of |q|^2, which holds the numbers near the reference rod; 0 but where the data leave
         them open.
     solver : Solver
+    watch : callable
+        Called at every programme that is solved, and at every state that is solved again.
     """
 
     observations: list[Observation]
@@ -115,6 +123,7 @@ class Problem:
     nodes: int = NODES[0]
     ridge: float = 0.0
     solver: Solver = field(default_factory=Solver)
+    watch: Callable[[], object] = field(default=_unwatched, repr=False)
 
     def pose(self, q: np.ndarray, places: Sequence[Placed]) -> Posed:
         """Return blocks with the phases and feet of these solutions."""
@@ -184,6 +193,7 @@ class Problem:
         iterations = 0
         posed = self.pose(q, places)
         for rounds in range(1, MOST_ROUNDS + 1):
+            self.watch()
             outcome = solve(posed.signatures, posed.state, bounds, self.delta, self.ridge, self.solver)
             iterations += outcome.iterations
             if patient and outcome.tired and not self.solver.exact_hessian:
@@ -230,6 +240,17 @@ class Problem:
             if observation.pressure is None
             else max(s.pressure_ratio, 1e-12) * float(np.exp(q[1])),
         )
+
+
+@contextmanager
+def watched(problem: Problem) -> Iterator[Problem]:
+    """Return a problem whose steps are counted on a terminal from the first second on."""
+    from tqdm import tqdm
+
+    with tqdm(
+        desc="calibration", unit=" steps", delay=1.0, miniters=1, leave=False, disable=not sys.stderr.isatty()
+    ) as bar:
+        yield replace(problem, watch=bar.update)
 
 
 def _between(a: Observation, b: Observation, share: float) -> Observation:

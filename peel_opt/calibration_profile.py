@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .calibration_blocks import MATERIAL
-from .calibration_problem import Fitted
+from .calibration_problem import Fitted, watched
+from .checks import positive, whole
 from .errors import InvalidInput, NotConverged
+from .rod import MATERIAL
 
 if TYPE_CHECKING:
     from .calibration_result import Calibration
@@ -23,6 +24,9 @@ FOUND = 1e-3
 
 #: Share of the way to a limit at which it counts as reached.
 NEARLY = 0.98
+
+#: Most points of a profile: each is a fit.
+MOST_POINTS = 1000
 
 #: Least share of a step that is tried before a value counts as out of reach.
 LEAST_SHARE = 1.0 / 64.0
@@ -51,6 +55,7 @@ class Profile:
 
 def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
     """Return the profile of a free number, see `Calibration.profile`."""
+    points, width = whole("points", points, 3, MOST_POINTS), positive("width", width)
     place = MATERIAL.index(fit.free[index])
     spread = fit.relative_sd(fit.free[index])
     if not math.isfinite(spread):
@@ -58,13 +63,15 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
             f"the data say nothing about {fit.free[index]}: its likelihood is flat.",
             remedy="Read the warnings of the fit.",
         )
-    offsets = np.linspace(-1.0, 1.0, max(int(points), 3)) * min(width * spread, FURTHEST)
+    offsets = np.linspace(-1.0, 1.0, points) * min(width * spread, FURTHEST)
     found: dict[float, Fitted] = {}
-    for side in (offsets[offsets >= 0.0], offsets[offsets <= 0.0][::-1]):
-        at = fit.fitted
-        for offset in side:
-            at = _held(fit, at, place, fit.fitted.q[place] + float(offset))
-            found[float(offset)] = at
+    with watched(fit.problem) as problem:
+        seen = replace(fit, problem=problem)
+        for side in (offsets[offsets >= 0.0], offsets[offsets <= 0.0][::-1]):
+            at = fit.fitted
+            for offset in side:
+                at = _held(seen, at, place, fit.fitted.q[place] + float(offset))
+                found[float(offset)] = at
     ordered = [found[float(offset)] for offset in offsets]
     numbers = {
         name: getattr(fit.reference, name) * np.exp([f.q[i] for f in ordered])
@@ -82,7 +89,7 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
     """Return an interval of confidence, see `Calibration.interval`."""
     from scipy.special import ndtri
 
-    if not 0.0 < level < 1.0:
+    if not positive("level", level) < 1.0:
         raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
     if method not in (None, "profile", "covariance"):
         raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
@@ -97,7 +104,9 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
         if not math.isfinite(spread):
             return 0.0, math.inf
         return estimate * math.exp(-z * spread), estimate * math.exp(z * spread)
-    ends = [_end(fit, index, side, z) for side in (-1.0, 1.0)]
+    with watched(fit.problem) as problem:
+        seen = replace(fit, problem=problem)
+        ends = [_end(seen, index, side, z) for side in (-1.0, 1.0)]
     low, high = (estimate * math.exp(end) if end is not None else None for end in ends)
     return (0.0 if low is None else low), (math.inf if high is None else high)
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .calibration_result import UNITS, Calibration
+from .calibration_result import Calibration
 from .card_tables import one_line
 from .errors import NotConverged
 from .files import write_csv
 from .quantities import display
 from .report import aligned, describe_rod, slug
+from .rod import UNITS
 
 if TYPE_CHECKING:
     from .calibration_cards import CalibrationCard

@@ -9,28 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .calibration_blocks import MATERIAL
 from .calibration_data import Observation
 from .calibration_identifiability import Combination
 from .calibration_problem import Fitted, Problem
+from .calibration_sensitivity import chance
 from .errors import InvalidInput
 from .result import Equilibrium
-from .rod import Rod
+from .rod import UNITS, Rod
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .calibration_profile import Profile
-
-#: SI units of the material numbers.
-UNITS = dict(zip(MATERIAL, ("N m", "Pa", "m"), strict=True))
-
-
-def chance(chi2: float, degrees: int) -> float:
-    """Chance of a larger chi-square."""
-    from scipy.special import chdtrc  # scipy.stats takes half a second to import
-
-    return float(chdtrc(degrees, chi2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,13 +158,14 @@ class Calibration:
         ----------
         name : str
         points : int
+            3 to 1000.
         width : float
             Half width, in standard deviations of the covariance.
 
         Raises
         ------
         InvalidInput
-            If the number was not fitted.
+            If the number was not fitted, or points or width cannot be meant.
         NotConverged
             If a value on the way cannot be fitted.
         """

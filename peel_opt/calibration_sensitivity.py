@@ -72,6 +72,13 @@ class LinearModel:
         return inverse
 
 
+def chance(chi2: float, degrees: int) -> float:
+    """Chance of a larger chi-square."""
+    from scipy.special import chdtrc  # scipy.stats takes half a second to import
+
+    return float(chdtrc(degrees, chi2))
+
+
 def linear_model(posed: Posed, free: np.ndarray, delta: float | None) -> LinearModel:
     """Return the reduced model of a solved fit."""
     jacobians, scores, residuals, weights = [], [], [], []

@@ -12,14 +12,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from .calibration_blocks import MATERIAL
 from .calibration_data import Observation
 from .closures import Closure
 from .cohesion import COHESIVE
 from .continuation import Point
 from .errors import NotConverged
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
-from .rod import Rod
+from .rod import MATERIAL, Rod
 from .shape import sample_shape
 from .transcription.base import Profile
 

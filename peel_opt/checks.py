@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from numbers import Real
+from numbers import Integral, Real
 
-from .errors import InvalidInput
+from .errors import InvalidInput, OutOfRange
+
+#: Beyond these, powers of beta0 soon are no numbers any more, and no rod is there.
+BETA0 = (1e-12, 1e12)
 
 
 def positive(name: str, value: object, unit: str = "") -> float:
@@ -21,6 +24,31 @@ def finite(name: str, value: object, unit: str = "") -> float:
 def non_negative(name: str, value: object, unit: str = "") -> float:
     """Return ``value`` as a finite float >= 0, or say which field is wrong."""
     return _checked(name, value, unit, minimum=0.0, strict=False)
+
+
+def known_beta0(value: object) -> float:
+    """Return the paper's beta0, zero or within `BETA0`, as a float, or say what is wrong with it."""
+    number = non_negative("beta0", value)
+    low, high = BETA0
+    if number and not low <= number <= high:
+        raise OutOfRange(f"beta0 = {number:.4g} is neither 0 nor within [{low:g}, {high:g}].")
+    return number
+
+
+def whole(name: str, value: object, least: int, most: int) -> int:
+    """Return ``value`` as an int between two others, or say which field is wrong."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise InvalidInput(f"{name} must be a whole number of at least {least}, got {value!r}.")
+    number = int(value)
+    if number < least:
+        raise InvalidInput(f"{name} must be a whole number of at least {least}, got {number}.")
+    if number > most:
+        raise InvalidInput(f"{name} must be at most {most}, got {_shortened(number)}.")
+    return number
+
+
+def _shortened(number: int) -> str:
+    return f"{number}" if abs(number) < 10**20 else "a number of more than 20 digits"
 
 
 def _checked(name: str, value: object, unit: str, *, minimum: float, strict: bool) -> float:

@@ -6,6 +6,7 @@ Only the standard library is imported here, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -16,11 +17,13 @@ from .cli_common import (
     INTERRUPTED,
     OK,
     WRONG_INPUT,
+    answer_options,
+    chosen,
     complain,
+    output_options,
     rod_from,
     rod_options,
     say,
-    tolerance,
 )
 from .errors import InvalidInput, PeelOptError
 
@@ -35,8 +38,17 @@ examples:
   peel-opt length --pressure "0.4 T0" --ratio 0.566
   peel-opt run problems/*.toml --out results
   peel-opt trace --beta0 4 --lam -1 3
+  peel-opt hysteresis --card problems/office_tape.toml
+  peel-opt sweep --ratio 0.5:10:5 --pressure-ratio 0.5:0.9:5 --out results/sweep
+  peel-opt uncertainty --card problems/aortic_flap.toml --length "1.9 mm" --T0 "+- 10 %"
+  peel-opt calibrate problems/calibrate_flap.toml
+  peel-opt tradeoff --beta0 4 --lam 1
+  peel-opt explore problems/office_tape.toml
   peel-opt figures 5 8 --out figures
 """
+
+#: A value that argparse would take for an option: "-0.05:3:50", but not "-1", which it knows.
+_NEGATIVE_RANGE = re.compile(r"-[\d.]+(?:e[-+]?\d+)?[:,].*", re.IGNORECASE | re.DOTALL)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -46,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = _parser().parse_args(_tied(sys.argv[1:] if argv is None else argv))
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     try:
@@ -60,6 +72,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
+def _tied(argv: Sequence[str]) -> list[str]:
+    """Tie a range that begins with a minus to its option by "="."""
+    tied: list[str] = []
+    for word in argv:
+        if tied and tied[-1].startswith("--") and _NEGATIVE_RANGE.fullmatch(word):
+            tied[-1] += f"={word}"
+        else:
+            tied.append(word)
+    return tied
+
+
 def _run(arguments: argparse.Namespace) -> int:
     """Answer all questions of some cards; a calibration card asks for a fit."""
     from .cards import Card, load_any
@@ -67,6 +90,9 @@ def _run(arguments: argparse.Namespace) -> int:
 
     # All cards are read before the first is answered: mistakes show at once.
     cards = [(path, load_any(path)) for path in arguments.cards]
+    for path, card in cards:
+        if not isinstance(card, Card) and chosen(arguments, "method", "tol"):
+            raise InvalidInput(f"{path!r} is a calibration, which takes neither --method nor --tol.")
     folder = _folder(arguments)
     code, documents = OK, []
     with _progress(len(cards)) as progress:
@@ -104,8 +130,7 @@ def _ask(arguments: argparse.Namespace) -> int:
     from .cards import as_question
     from .report import as_json, as_record, sheet
 
-    names = (arguments.given, "law", "state", "near", "tol", "method")
-    given = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+    given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
     question, rod = as_question(**given), rod_from(arguments)
     label, ask = question.label(rod), question.pose(rod)
     folder = _folder(arguments)
@@ -150,16 +175,11 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(command=function)
         return sub
 
-    def common(sub: argparse.ArgumentParser) -> None:
-        sub.add_argument("--method", help="auto, shooting or spectral")
-        sub.add_argument("--tol", type=tolerance, help="largest error of a certified answer (1e-8)")
-        sub.add_argument("--json", action="store_true", help="print one JSON document")
-        sub.add_argument("--out", metavar="DIR", help="also write NPZ, CSV and a picture of each answer here")
-        sub.add_argument("--no-plot", action="store_true", help="no pictures under --out")
-
+    files = "NPZ, CSV and a picture of each answer"
     run = command("run", "answer the questions of problem cards", _run)
     run.add_argument("cards", nargs="+", metavar="CARD", help="a TOML file such as those in problems/")
-    common(run)
+    answer_options(run, "method")
+    output_options(run, files)
 
     for asked, given, text, example in (
         ("pressure", "length", "the pressure that holds a detached length", "1.9 mm"),
@@ -169,10 +189,9 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(given=given)
         sub.add_argument(f"--{given}", required=True, metavar="VALUE", help=f"such as '{example}'")
         rod_options(sub)
-        sub.add_argument("--law", help="auto, linear or cohesive")
-        sub.add_argument("--state", help="unfolded, middle, lower or folded")
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
-        common(sub)
+        answer_options(sub, "law", "state", "method")
+        output_options(sub, files)
     for module in (cli_curves, cli_measurements, cli_sweeps, cli_precision, cli_explore):
         module.add_commands(command)
     return parser

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import InvalidInput
@@ -15,24 +16,73 @@ if TYPE_CHECKING:
 
 OK, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+_ANSWER = {
+    "law": "auto, linear or cohesive",
+    "state": "unfolded, middle, lower or folded",
+    "method": "auto, series, spectral, collocation or shooting",
+}
+
 #: Adds a command: name, what it does, function.
 AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
 
-def rod_options(sub: argparse.ArgumentParser) -> None:
-    """Add the three ways to describe a rod."""
-    rod = sub.add_argument_group("rod", "--k, --T0 and --y0, or --ratio, or --card")
-    rod.add_argument("--k", metavar="VALUE", help="bending stiffness, such as '23 uN m'")
-    rod.add_argument("--T0", metavar="VALUE", help="adhesion strength, such as '140 kPa'")
-    rod.add_argument("--y0", metavar="VALUE", help="adhesion range, such as '0.73 mm'")
-    rod.add_argument("--ratio", metavar="R", help="eta/y0 alone; lengths are then in eta, pressures in T0")
+def rod_options(
+    sub: argparse.ArgumentParser,
+    ways: str = "--k, --T0 and --y0, or --ratio, or --card",
+    *,
+    examples: tuple[str, str, str] = ("23 uN m", "140 kPa", "0.73 mm"),
+    ratio: str = "eta/y0 alone; lengths are then in eta, pressures in T0",
+) -> None:
+    """Add the ways to describe a rod; without words about it, none by its ratio."""
+    rod = sub.add_argument_group("rod", ways)
+    named = zip(
+        ("k", "T0", "y0"), ("bending stiffness", "adhesion strength", "adhesion range"), examples, strict=True
+    )
+    for flag, words, example in named:
+        about = f"{words}, such as '{example}'".replace("%", "%%")
+        rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
+    if ratio:
+        rod.add_argument("--ratio", metavar="VALUE", help=ratio)
     rod.add_argument("--card", metavar="CARD", help="the rod of a problem card")
 
 
-def has_rod(arguments: argparse.Namespace) -> bool:
-    """Whether any of the options of `rod_options` is given."""
-    options = (arguments.k, arguments.T0, arguments.y0, arguments.ratio, arguments.card)
-    return any(value is not None for value in options)
+def answer_options(
+    sub: argparse.ArgumentParser, *names: str, tol: str = "largest error of a certified answer (1e-8)"
+) -> None:
+    """Add some of --law, --state and --method, and --tol: how a question is answered."""
+    for name in names:
+        sub.add_argument(f"--{name}", help=_ANSWER[name])
+    sub.add_argument("--tol", type=tolerance, help=tol)
+
+
+def output_options(sub: argparse.ArgumentParser, files: str) -> None:
+    """Add the options that say where the result goes."""
+    sub.add_argument("--json", action="store_true", help="print one JSON document")
+    sub.add_argument("--out", metavar="DIR", help=f"also write {files} here")
+    sub.add_argument("--no-plot", action="store_true", help="no pictures under --out")
+
+
+def chosen(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Return those of the options that are given."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def out_folder(arguments: argparse.Namespace) -> Path | None:
+    """Make the folder of --out, before any work is done; None without."""
+    if arguments.out is None:
+        return None
+    from .report import make_folder
+
+    return make_folder(arguments.out)
+
+
+def by_beta0(arguments: argparse.Namespace) -> bool:
+    """Return whether a question is about --beta0, or else about a rod."""
+    material = (arguments.k, arguments.T0, arguments.y0, arguments.ratio, arguments.card)
+    if (arguments.beta0 is not None) == any(value is not None for value in material):
+        raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
+    return arguments.beta0 is not None
 
 
 def rod_from(arguments: argparse.Namespace) -> Rod:
@@ -46,18 +96,23 @@ def rod_from(arguments: argparse.Namespace) -> Rod:
     if sum(ways) != 1:
         raise InvalidInput("give the rod by --k, --T0 and --y0, or by --ratio, or by --card.")
     if arguments.card is not None:
-        from .cards import load_card
-
-        rod = load_card(arguments.card).rod()
-        if rod is None:
-            raise InvalidInput(f"card {arguments.card!r} has no [rod].")
-        return rod
+        return card_rod(arguments.card)
     if arguments.ratio is not None:
         return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
     if missing := [flag for flag in numbers if flag not in given]:
         raise InvalidInput(f"a rod needs {' and '.join(missing)} too.")
     kinds = (STIFFNESS, PRESSURE, LENGTH)
     return Rod(*(parse(flag, text, kind) for (flag, text), kind in zip(numbers.items(), kinds, strict=True)))
+
+
+def card_rod(path: str) -> Rod:
+    """Return the rod of a problem card."""
+    from .cards import load_card
+
+    rod = load_card(path).rod()
+    if rod is None:
+        raise InvalidInput(f"card {path!r} has no [rod].")
+    return rod
 
 
 def say(text: str) -> None:

@@ -5,11 +5,30 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .cli_common import OK, AddCommand, has_rod, rod_from, rod_options, say, tolerance
+from .cli_common import (
+    FAILED,
+    OK,
+    AddCommand,
+    answer_options,
+    by_beta0,
+    chosen,
+    complain,
+    out_folder,
+    output_options,
+    rod_from,
+    rod_options,
+    say,
+)
 from .errors import InvalidInput
 
 #: What `peel_opt.figures` draws.
 NAMES = "3 to 10, p-min, flaw-chart, fold-curve, method-map, work-precision"
+
+#: How a walk ends that has not come to the end of its branch.
+UNFINISHED = ("stalled", "limit")
+
+#: What is written of a curve.
+FILES = "NPZ, CSV and a picture"
 
 #: Where the states of a loop at fixed beta0 come from: "solver", or the normal form of this name.
 FORMS = ("solver", "paper", "exact", "uniform")
@@ -23,11 +42,10 @@ def add_commands(command: AddCommand) -> None:
         "--lam", nargs=2, type=float, metavar=("LO", "HI"), help="window of lambda (with --beta0)"
     )
     rod_options(trace)
-    trace.add_argument("--law", help="linear or cohesive")
     trace.add_argument("--mode", type=int, default=1, help="2, 3, ... for the branches from (mode pi)^4")
     trace.add_argument("--points", type=int, metavar="N", help="least number of points (128)")
-    trace.add_argument("--tol", type=tolerance, help="largest error of a point (1e-10)")
-    _outputs(trace)
+    answer_options(trace, "law", tol="largest error of a point (1e-10)")
+    output_options(trace, FILES)
 
     loop = command("hysteresis", "what a rod does when the load is swept up and back down", _hysteresis)
     loop.add_argument("--beta0", type=float, metavar="B", help="sweep lambda at this beta0, not a rod's p")
@@ -36,8 +54,8 @@ def add_commands(command: AddCommand) -> None:
     loop.add_argument("--convention", choices=("delay", "maxwell"), help="when a state is given up (delay)")
     loop.add_argument("--form", choices=FORMS, help="solve for the states, or read them off a normal form")
     loop.add_argument("--points", type=int, metavar="N", help="values of the swept number each way (41)")
-    loop.add_argument("--tol", type=tolerance, help="largest error of a solved state (1e-10; of a rod 1e-8)")
-    _outputs(loop)
+    answer_options(loop, tol="largest error of a solved state (1e-10; of a rod 1e-8)")
+    output_options(loop, FILES)
 
     figures = command("figures", "the figures of the paper, recomputed, and charts beyond them", _figures)
     figures.add_argument("names", nargs="*", metavar="N", help=f"of {NAMES}; by default all")
@@ -45,21 +63,10 @@ def add_commands(command: AddCommand) -> None:
     figures.add_argument("--points", type=int, metavar="N", help="points on each curve")
 
 
-def _outputs(sub: argparse.ArgumentParser) -> None:
-    """Add the options that say where the result goes."""
-    sub.add_argument("--json", action="store_true", help="print one JSON document")
-    sub.add_argument("--out", metavar="DIR", help="also write NPZ, CSV and a picture here")
-    sub.add_argument("--no-plot", action="store_true", help="no picture under --out")
-
-
 def _asked(arguments: argparse.Namespace, names: tuple[str, ...], whole: str) -> dict[str, Any]:
     """Return the options that are given, with what they are about: --beta0, or a rod."""
-    if (arguments.beta0 is not None) == has_rod(arguments):
-        raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
-    options: dict[str, Any] = {
-        name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None
-    }
-    if arguments.beta0 is None:
+    options = chosen(arguments, *names)
+    if not by_beta0(arguments):
         if arguments.lam is not None:
             raise InvalidInput(f"--lam goes with a fixed --beta0; {whole}.")
         return options | {"rod": rod_from(arguments)}
@@ -73,16 +80,17 @@ def _trace(arguments: argparse.Namespace) -> int:
     options = _asked(arguments, ("law", "mode", "points", "tol"), "a rod's branch is traced whole")
 
     from .branch_report import branch_record, special_table, write_branch
-    from .report import as_json, make_folder
-
-    # Known before any work is done.
-    folder = None if arguments.out is None else make_folder(arguments.out)
+    from .report import as_json
     from .tracing import trace
 
+    folder = out_folder(arguments)
     branch = trace(**options)
     if folder is not None:
         branch = write_branch(branch, folder, picture=not arguments.no_plot)
     say(as_json(branch_record(branch)) if arguments.json else special_table(branch))
+    if branch.ended in UNFINISHED:
+        complain(f"the branch goes on where its walk ended ({branch.ended})")
+        return FAILED
     return OK
 
 
@@ -91,16 +99,17 @@ def _hysteresis(arguments: argparse.Namespace) -> int:
     names = ("convention", "points", "tol")
     options = _asked(arguments, names, "a rod is swept from below its least pressure to T0")
     if arguments.form not in (None, "solver"):
+        if arguments.tol is not None:
+            raise InvalidInput(f"--tol is about solved states; the normal form {arguments.form!r} has none.")
         from .landau import NormalForm
 
         options["form"] = getattr(NormalForm, arguments.form)()
 
-    from .loop_report import loop_record, loop_table, write_loop
-    from .report import as_json, make_folder
-
-    folder = None if arguments.out is None else make_folder(arguments.out)
     from .hysteresis_loops import hysteresis
+    from .loop_report import loop_record, loop_table, write_loop
+    from .report import as_json
 
+    folder = out_folder(arguments)
     loop = hysteresis(**options)
     if folder is not None:
         write_loop(loop, folder, picture=not arguments.no_plot)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from .cli_common import FAILED, OK, WRONG_INPUT, AddCommand, complain, say
+from .cli_common import FAILED, OK, WRONG_INPUT, AddCommand, complain, out_folder, output_options, say
 from .errors import InvalidInput, PeelOptError
 
 if TYPE_CHECKING:
@@ -16,9 +16,7 @@ def add_commands(command: AddCommand) -> None:
     """Add ``calibrate`` to the command line."""
     sub = command("calibrate", "material numbers from measured pressures, lengths and shapes", _calibrate)
     sub.add_argument("card", metavar="CARD", help="a calibration card such as problems/calibrate_flap.toml")
-    sub.add_argument("--json", action="store_true", help="print one JSON document")
-    sub.add_argument("--out", metavar="DIR", help="also write CSV, JSON and a picture of the fit here")
-    sub.add_argument("--no-plot", action="store_true", help="no picture under --out")
+    output_options(sub, "CSV, JSON and a picture of the fit")
 
 
 def _calibrate(arguments: argparse.Namespace) -> int:
@@ -45,10 +43,8 @@ def fit_card(
     from pathlib import Path
 
     from .calibration_report import fit_record, fit_table, heading, write_fit
-    from .report import make_folder
 
-    # Known before any work is done.
-    folder = None if arguments.out is None else make_folder(arguments.out)
+    folder = out_folder(arguments)
     level = card.calibration.level
     document: dict[str, Any] = {"card": path, "title": card.title}
     try:

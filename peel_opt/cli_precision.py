@@ -10,8 +10,11 @@ from .cli_common import (
     FAILED,
     OK,
     AddCommand,
+    by_beta0,
+    chosen,
     complain,
-    has_rod,
+    out_folder,
+    output_options,
     rod_from,
     rod_options,
     say,
@@ -45,23 +48,19 @@ def add_commands(command: AddCommand) -> None:
     sub.add_argument(
         "--repeats", type=int, metavar="N", help="timed calls of each, after one that is not (5)"
     )
-    sub.add_argument("--json", action="store_true", help="print one JSON document")
-    sub.add_argument("--out", metavar="DIR", help="also write NPZ, CSV and a picture of each table here")
-    sub.add_argument("--no-plot", action="store_true", help="no pictures under --out")
+    output_options(sub, "NPZ, CSV and a picture of each table")
 
 
 def _tradeoff(arguments: argparse.Namespace) -> int:
     """Measure the methods on each question, print the tables, and write them."""
-    names = ("methods", "tols", "repeats")
-    options = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+    options = chosen(arguments, "methods", "tols", "repeats")
     questions = _questions(arguments)
 
-    from .report import as_json, make_folder
+    from .report import as_json
     from .work_precision import tradeoff
     from .work_report import work_record, write_work
 
-    # Known before any work is done.
-    folder = None if arguments.out is None else make_folder(arguments.out)
+    folder = out_folder(arguments)
     code, documents = OK, []
     for number, (label, ask) in enumerate(questions, 1):
         try:
@@ -87,13 +86,10 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
 
 def _questions(arguments: argparse.Namespace) -> list[_Posed]:
     """Return the question of the flags, or those of a card."""
-    if (arguments.beta0 is not None) == has_rod(arguments):
-        raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
-    in_groups = arguments.beta0 is not None
+    in_groups = by_beta0(arguments)
     if in_groups == (arguments.lam is None and arguments.beta1 is None):
         raise InvalidInput("--beta0 goes with either --lam or --beta1, and they with it.")
-    asked = {name: getattr(arguments, name) for name in ("length", "pressure", "law", "state")}
-    asked = {name: value for name, value in asked.items() if value is not None}
+    asked = chosen(arguments, "length", "pressure", "law", "state")
     given = [name for name in ("length", "pressure") if name in asked]
     if given and in_groups:
         raise InvalidInput(f"--{given[0]} is about a rod, not about --beta0.")

@@ -132,7 +132,10 @@ def _root(sums: Curve, given: tuple[Closure, Closure], state: str) -> Root:
     if second.kind == "pressure":
         return _at_pressure(sums, first.value, second.value)
     if second.kind == "length":
-        sigma, lam = second.value, first.value * second.value**4 - PI4
+        sigma = second.value
+        if sigma > MOST_BETA0:  # whose powers are no numbers any more
+            raise NotConverged(f"the series does not reach to sbar/eta = {sigma:.4g}.")
+        lam = first.value * sigma**4 - PI4
         return _at_length(sums, sigma, lam, state, ratio=first.value)
     if (first.kind, second.kind) == ("length", "lam"):
         return _at_length(sums, first.value, second.value, state)

@@ -8,7 +8,7 @@ k = E h^3 / (12 (1 - nu^2)) and G = T0 y0 / 2 are products of powers, so that
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from .checks import finite
 from .errors import InvalidInput
 from .quantities import LENGTH, PRESSURE, STIFFNESS, WORK, Kind, display, parse
 from .question import RATIOS
-from .rod import Rod
+from .rod import MATERIAL, Rod
 
 #: The numbers that may be known or free, and what they measure.
 NUMBERS: dict[str, Kind] = {
@@ -113,7 +113,12 @@ def material(known: Rod | Mapping[str, object], free: Free) -> Material:
 def _bounds(free: Free) -> dict[str, tuple[object, object] | None]:
     if isinstance(free, str):
         free = (free,)
-    bounds = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free, None)
+    if not isinstance(free, Iterable) or not getattr(free, "shape", (1,)):
+        raise InvalidInput(f"free must be names of material numbers, got {free!r}.")
+    names = list(free)
+    if not all(isinstance(name, str) for name in names):
+        raise InvalidInput(f"free must be names of material numbers, got {free!r:.60}.")
+    bounds = dict(free) if isinstance(free, Mapping) else dict.fromkeys(names, None)
     if not bounds:
         raise InvalidInput("a design needs a free number.", remedy=f"Choose among {', '.join(NUMBERS)}.")
     return bounds
@@ -121,8 +126,9 @@ def _bounds(free: Free) -> dict[str, tuple[object, object] | None]:
 
 def _known(known: Rod | Mapping[str, object]) -> tuple[dict[str, float], float | None]:
     if isinstance(known, Rod):
-        names = ("bending_stiffness", "adhesion_strength", "adhesion_range")
-        return {name: float(getattr(known, name)) for name in names}, None
+        return {name: float(getattr(known, name)) for name in MATERIAL}, None
+    if not isinstance(known, Mapping):
+        raise InvalidInput(f"what is known must be a Rod or a mapping of material numbers, got {known!r}.")
     unknown = set(known) - set(NUMBERS) - {"poisson_ratio"}
     if unknown:
         raise InvalidInput(
@@ -148,7 +154,7 @@ def _limits(name: str, bounds: tuple[object, object] | None, start: float | None
     """Logarithms of the bounds of a free number."""
     try:
         low, high = (None, None) if bounds is None else bounds
-    except (TypeError, ValueError) as error:
+    except (OverflowError, TypeError, ValueError) as error:
         raise InvalidInput(f"bounds of {name} must be two, got {bounds!r}.") from error
     least = None if low is None else parse(f"lower bound of {name}", low, NUMBERS[name])
     most = None if high is None else parse(f"upper bound of {name}", high, NUMBERS[name])

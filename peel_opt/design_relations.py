@@ -130,14 +130,14 @@ def _maxwell_sigma(
     r: np.ndarray, source: Source, form: NormalForm | None, curve: CurveLike | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return sigma_M and d log sigma_M / d log r."""
-    if source == "branch":
+    if isinstance(source, str) and source == "branch":
         return _on_curve(r, maxwell_curve() if curve is None else curve)
     chosen: dict[str, Callable[[], NormalForm]] = {
         "paper": NormalForm.paper,
         "exact": NormalForm.exact,
         "fit": _fitted,
     }
-    if source not in chosen:
+    if not isinstance(source, str) or source not in chosen:
         raise InvalidInput(f"source must be 'paper', 'exact', 'fit' or 'branch', got {source!r}.")
     return _on_normal_form(r, _quadratic(form if source == "fit" and form is not None else chosen[source]()))
 
@@ -192,18 +192,23 @@ def _fitted() -> NormalForm:
 
 def _shaped(ratio: Any, function: Any) -> Any:
     """Apply to a checked array of ratios and give back a float for a number."""
-    r = np.asarray(ratio, float)
-    if not (np.isfinite(r).all() and (r > 0.0).all()):
-        raise InvalidInput(f"ratio must be finite and positive, got {ratio!r}.")
+    r = _positive_array("ratio", ratio)
     values = function(np.atleast_1d(r)).reshape(r.shape)
     return float(values) if r.ndim == 0 else values
 
 
 def _length_ratio(rod: Rod, length: Any) -> np.ndarray:
-    sigma = np.asarray(length, float) / rod.eta
-    if not (np.isfinite(sigma).all() and (sigma > 0.0).all()):
-        raise InvalidInput(f"length [m] must be finite and positive, got {length!r}.")
-    return sigma
+    return _positive_array("length [m]", length) / rod.eta
+
+
+def _positive_array(name: str, values: Any) -> np.ndarray:
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidInput(f"{name} must be a number or an array of them, got {values!r:.60}.") from error
+    if not (np.isfinite(array).all() and (array > 0.0).all()):
+        raise InvalidInput(f"{name} must be finite and positive, got {values!r:.60}.")
+    return array
 
 
 def _scaled_lambda(r: float, sigma: np.ndarray) -> np.ndarray:

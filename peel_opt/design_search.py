@@ -9,24 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 
 from . import design_programme
 from .checks import positive
-from .design_blocks import Block, block_at
 from .design_material import Free, Material, material
 from .design_programme import Outcome
-from .design_targets import Achieved, Requirement, Target, shortfall
-from .errors import InvalidInput, PeelOptError
-from .question import RATIOS
+from .design_scan import Candidate, brackets, candidate, samples
+from .design_targets import Achieved, Requirement, Target
+from .errors import Infeasible, InvalidInput, PeelOptError
 from .rod import Rod
 
-#: Designs looked at before the programme starts: along one free number, and over several.
-SCAN, SCAN_OF_SEVERAL = 17, 24
-
-#: Best of them from which the programme is started.
+#: Best of the designs scanned from which the programme is started.
 STARTS = 2
 
 #: What the best of them may miss, as a logarithm, for another way to meet the targets to be tried.
@@ -35,30 +31,11 @@ FAR_OFF = 1.0
 #: How far a logarithm may move in a first step, the least such reach, and how many steps.
 REACH, SHORTEST_REACH, MOST_STEPS = 0.5, 1e-3, 40
 
+#: What the programme and the public calls can agree to, and what is still to meet a target.
+LEAST_TOL, LARGEST_TOL = 1e-9, 1e-2
+
 #: Rise of the merit that is put down to rounding.
 SETTLED = 1e-8
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A scanned design on which all requirements have a value."""
-
-    z: np.ndarray
-    blocks: tuple[Block, ...]
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """What the blocks stand for."""
-        return tuple(b.requirement for b in self.blocks)
-
-    def alike(self, other: Candidate) -> bool:
-        """Whether both have the same equations: the same phases of the law."""
-        return [b.structure for b in self.blocks] == [b.structure for b in other.blocks]
-
-    @property
-    def missed(self) -> float:
-        """Sum of what the requirements miss."""
-        return math.fsum(shortfall(b.requirement.sense, b.value, b.requirement.value) for b in self.blocks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +94,8 @@ class Search:
     ) -> Search:
         """Check that the question determines an answer."""
         stuff = material(known, free)
-        wanted = (targets,) if isinstance(targets, Target) else tuple(targets)
+        several = isinstance(targets, Sequence) and not isinstance(targets, str)
+        wanted = (targets,) if isinstance(targets, Target) else tuple(targets) if several else ()
         if not wanted or not all(isinstance(t, Target) for t in wanted):
             raise InvalidInput(
                 "a design needs at least one Target.", remedy='Target("maxwell_length", equal="2 mm").'
@@ -127,6 +105,12 @@ class Search:
         of = minimise or maximise
         if of is not None and of not in stuff.free:
             raise InvalidInput(f"{of!r} is not free.", remedy=f"Free are {', '.join(stuff.free)}.")
+        if len({(t.quantity, t.given, t.sense) for t in wanted}) < len(wanted):
+            raise InvalidInput(
+                "two targets set the same number in the same sense.", remedy="Leave the weaker one out."
+            )
+        if not LEAST_TOL <= positive("tol", tol) <= LARGEST_TOL:
+            raise InvalidInput(f"tol must lie between {LEAST_TOL:g} and {LARGEST_TOL:g}, got {tol:g}.")
         equal = sum(t.sense == "equal" for t in wanted)
         if equal > len(stuff.free):
             raise InvalidInput(f"{equal} targets to be met exactly need as many free numbers.")
@@ -138,20 +122,27 @@ class Search:
             )
         of = of or stuff.free[0]
         objective = np.array([float(name == of) for name in stuff.free]) * (-1.0 if maximise else 1.0)
-        return cls(stuff, wanted, objective, of, square, positive("tol", tol))
+        return cls(stuff, wanted, objective, of, square, float(tol))
 
     def run(self) -> Found:
         """Search every way to meet the targets, the most promising first."""
         found: list[Verified] = []
-        samples = self._samples()
+        looked_at = samples(self.material)
         every = product(*(t.alternatives() for t in self.targets))
-        ways = [self._ranked(samples, way) for way in every if not _contradictory(way)]
+        possible = [way for way in every if not _contradictory(way)]
+        if not possible:
+            raise Infeasible(
+                f"the targets exclude each other: {'; '.join(map(repr, self.targets))}.",
+                remedy="Relax or drop one of them.",
+            )
+        ways = [self._ranked(looked_at, way) for way in possible]
         ways = sorted((way for way in ways if way), key=lambda way: way[0].missed)
         for ranked in ways:
             if found and ranked[0].missed > FAR_OFF:
                 break
-            for start in self._brackets(ranked) or ranked[: 1 if found else STARTS]:
-                verified = self._solved(start)
+            pairs = brackets(self.material, looked_at, ranked) if self._is_one_equation else []
+            tries = (self._between(*pair) for pair in pairs)
+            for verified in tries if pairs else map(self._solved, ranked[: 1 if found else STARTS]):
                 if verified is not None and self._is_new(verified, found):
                     found.append(verified)
         closest = None if found else self._closest([ranked[0] for ranked in ways])
@@ -159,60 +150,28 @@ class Search:
             found, closest = [closest], None
         # What meets the targets but has not come to an optimum is the last resort.
         found.sort(key=lambda v: (not v.settled, self._preference(v)))
-        return Found(tuple(found), closest, tuple(samples))
+        return Found(tuple(found), closest, tuple(looked_at))
 
-    # --- where to start -------------------------------------------------------------------
-
-    def _samples(self) -> list[np.ndarray]:
-        """Designs within the bounds whose branch can be walked; the given one first."""
-        low, high = self.material.lower, self.material.upper
-        if len(low) == 1:
-            ends = self._walkable(float(low[0]), float(high[0]))
-            grid = [] if ends is None else [np.array([v]) for v in np.linspace(*ends, SCAN)]
-        else:
-            from scipy.stats.qmc import Halton
-
-            points = Halton(len(low), scramble=False).random(64 * SCAN_OF_SEVERAL)
-            grid = [z for p in points if self.material.in_range(z := low + (high - low) * p)]
-            grid = grid[:SCAN_OF_SEVERAL]
-        start = self.material.start
-        first = [] if start is None or not self.material.in_range(start) else [start]
-        return first + grid
-
-    def _walkable(self, low: float, high: float) -> tuple[float, float] | None:
-        """Part of an interval of one logarithm where eta/y0 is in range."""
-        constant, (slope,) = self.material.log_ratio
-        if slope:
-            a, b = sorted((math.log(r) - constant) / slope for r in RATIOS)
-            inside = 1e-9 * (b - a)
-            low, high = max(low, a + inside), min(high, b - inside)
-        elif not self.material.in_range(np.array([low])):
-            return None
-        return (low, high) if low < high else None
-
-    def _ranked(self, samples: Sequence[np.ndarray], way: tuple[Requirement, ...]) -> list[Candidate]:
+    def _ranked(self, found: Sequence[np.ndarray], way: tuple[Requirement, ...]) -> list[Candidate]:
         """Samples on which all requirements have a value, the most promising first."""
-        candidates = [c for z in samples if (c := self._candidate(z, way)) is not None]
+        candidates = [c for z in found if (c := candidate(self.material, z, way)) is not None]
         return sorted(candidates, key=lambda c: (c.missed, float(self.objective @ c.z)))
 
-    def _candidate(self, z: np.ndarray, requirements: tuple[Requirement, ...]) -> Candidate | None:
-        rod, blocks = self.material.rod(z), []
-        for requirement in requirements:
-            block = block_at(rod, requirement)
-            if block is None:
-                return None
-            blocks.append(block)
-        return Candidate(z, tuple(blocks))
-
-    def _brackets(self, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """One start for each place where a single free number passes its single target."""
-        if not self.square or len(self.targets) > 1:
-            return []
-        along = sorted(candidates, key=lambda c: float(c.z[0]))
-        pairs = (pair for pair in pairwise(along) if _gap(pair[0]) * _gap(pair[1]) <= 0.0)
-        return [min(pair, key=lambda c: c.missed) for pair in pairs]
-
     # --- the programme --------------------------------------------------------------------
+
+    @property
+    def _is_one_equation(self) -> bool:
+        """Whether one number is to meet one target exactly."""
+        return self.square and len(self.targets) == 1
+
+    def _between(self, left: Candidate, right: Candidate) -> Verified | None:
+        """Solve from either end of a bracket: the start that leads out of it is of another design."""
+        verified = None
+        for start in sorted((left, right), key=lambda c: c.missed):
+            verified = self._solved(start) or verified
+            if verified is not None and left.z[0] <= verified.z[0] <= right.z[0]:
+                return verified
+        return verified
 
     def _solved(self, start: Candidate) -> Verified | None:
         """Solve and confirm: a square problem in one go if that succeeds, else in steps."""
@@ -237,7 +196,7 @@ class Search:
         for _ in range(MOST_STEPS):
             outcome = self._programme(here, elastic=True, objective=objective, reach=reach)
             iterations += outcome.iterations
-            there = self._candidate(outcome.z, here.requirements) if outcome.solved else None
+            there = candidate(self.material, outcome.z, here.requirements) if outcome.solved else None
             if there is None or self._merit(there, objective) > self._merit(here, objective) + SETTLED:
                 reach, most = 0.25 * reach, 0.5 * reach
                 if reach < SHORTEST_REACH:
@@ -250,8 +209,8 @@ class Search:
             reach = min(2.0 * reach, most)
         return here, last, False
 
-    def _merit(self, candidate: Candidate, objective: np.ndarray) -> float:
-        return float(objective @ candidate.z) + design_programme.PRICE * candidate.missed
+    def _merit(self, reached: Candidate, objective: np.ndarray) -> float:
+        return float(objective @ reached.z) + design_programme.PRICE * reached.missed
 
     def _programme(
         self,
@@ -298,10 +257,10 @@ class Search:
         reached: list[Reached] = []
         for start in starts:
             relaxed, _, _ = self._walk(start, np.zeros_like(self.objective))
-            for candidate in (relaxed, start):
-                achieved = self.achieved(candidate.z)
+            for place in (relaxed.z, start.z):
+                achieved = self.achieved(place)
                 if achieved is not None:
-                    reached.append(Reached(candidate.z, achieved, self._missed(achieved)))
+                    reached.append(Reached(place, achieved, self._missed(achieved)))
             met = reached and min(r.missed for r in reached) <= self.tol
             if met and (verified := self._solved(relaxed)) is not None:
                 return verified
@@ -315,9 +274,3 @@ def _contradictory(way: Sequence[Requirement]) -> bool:
         if same and a.sense != "at_most" and b.sense != "at_least" and a.value > b.value:
             return True
     return False
-
-
-def _gap(candidate: Candidate) -> float:
-    """Logarithm by which the single requirement of a candidate is exceeded."""
-    (block,) = candidate.blocks
-    return math.log(block.value / block.requirement.value)

@@ -96,7 +96,7 @@ class Target:
     given: float = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.quantity not in QUANTITIES:
+        if not isinstance(self.quantity, str) or self.quantity not in QUANTITIES:
             raise InvalidInput(
                 f"unknown target {self.quantity!r}.", remedy=f"Choose one of {', '.join(QUANTITIES)}."
             )

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from functools import partial
 
 from .answer import Method, as_method
-from .checks import finite, non_negative, positive
+from .checks import finite, known_beta0, positive
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .elastica import PI4
 from .errors import InvalidInput, PeelOptError
 from .question import Question, solve
 from .result import Equilibrium
-from .rod import Rod
+from .rod import Rod, require_rod
 from .transcription.base import Transcription
 
 #: Labels a caller may ask for; "unfolded" means middle or lower.
@@ -78,7 +78,7 @@ def pressure_given_length(
     """
 
     def ask() -> Equilibrium:
-        sigma = rod.length_ratio(length)
+        sigma = require_rod(rod).length_ratio(length)
         question = Question(
             asked="pressure_ratio",
             given=(Closure("ratio", rod.ratio), Closure("length", sigma)),
@@ -138,7 +138,7 @@ def length_given_pressure(
     """
 
     def ask() -> Equilibrium:
-        P = rod.pressure_ratio(pressure)
+        P = require_rod(rod).pressure_ratio(pressure)
         question = Question(
             asked="length_ratio",
             given=(Closure("ratio", rod.ratio), Closure("pressure", P)),
@@ -201,7 +201,7 @@ def equilibrium(
     """
 
     def ask() -> Equilibrium:
-        b0 = non_negative("beta0", beta0)
+        b0 = known_beta0(beta0)
         shift = _lambda(lam, beta1)
         sigma = math.cbrt(b0)
         chosen = _law(law)
@@ -239,16 +239,17 @@ def _law(law: str | CohesiveLaw) -> CohesiveLaw | None:
     """Return the law to solve with; None for "auto"."""
     if isinstance(law, CohesiveLaw):
         return law
-    named = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
-    if law not in named:
+    named: dict[object, CohesiveLaw | None] = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
+    if not isinstance(law, str) or law not in named:
         raise InvalidInput(
-            f"unknown law {law!r}.", remedy=f"Choose one of {', '.join(named)} or pass a CohesiveLaw."
+            f"unknown law {law!r}.",
+            remedy=f"Choose one of {', '.join(map(str, named))} or pass a CohesiveLaw.",
         )
     return named[law]
 
 
 def _state(state: str | None) -> str | None:
-    if state is not None and state not in STATES:
+    if state is not None and (not isinstance(state, str) or state not in STATES):
         raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
     return state
 

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import secrets
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Mapping
@@ -32,9 +33,17 @@ _DAMAGE = (
     RuntimeError,
     TypeError,
     ValueError,
+    tokenize.TokenError,  # NumPy's reader of headers
     zipfile.BadZipFile,
     zlib.error,
 )
+
+
+def as_path(path: object) -> Path:
+    """Return a path, or say what was given in the place of one."""
+    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
+        raise InvalidInput(f"a path must be a text or a Path, got {path!r:.60}.")
+    return Path(path)
 
 
 def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path:
@@ -56,7 +65,7 @@ def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path
     InvalidInput
         If the path cannot be written.
     """
-    target = Path(path)
+    target = as_path(path)
     if "\0" in str(target):
         raise InvalidInput(f"cannot write {str(target)!r}: a name has no NUL.", remedy="Give another name.")
     try:
@@ -137,7 +146,8 @@ def save_arrays(path: str | Path, head: Mapping[str, Any], arrays: Mapping[str, 
         If the path cannot be written, or a value of the head is not plain.
     """
     text = np.array(json_line(head))
-    return atomic_write(path, lambda file: np.savez_compressed(file, metadata=text, **arrays))
+    named: dict[str, Any] = {"metadata": text, **arrays}
+    return atomic_write(path, lambda file: np.savez_compressed(file, **named))
 
 
 def read_file(
@@ -150,7 +160,7 @@ def read_file(
     InvalidInput
         If the file cannot be read, is larger than ``most``, or ``parse`` fails.
     """
-    source = Path(path)
+    source = as_path(path)
     try:
         if source.stat().st_size > most:
             raise ValueError("it is too large")

@@ -15,7 +15,7 @@ from .detachment import length_given_pressure, pressure_given_length
 from .errors import NoEquilibrium, NotConverged
 from .primary import PrimaryBranch
 from .result import Equilibrium
-from .rod import Rod
+from .rod import Rod, require_rod
 from .transcription import Spectral
 
 #: Meshes on which the minimum pressure is located; their difference is its error.
@@ -91,7 +91,7 @@ def readhesion_pressure(rod: Rod) -> PressureLimit:
     """
     folds = []
     for mesh in MESHES:
-        branch = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", rod.ratio)))
+        branch = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", require_rod(rod).ratio)))
         branch.extend(lambda _, b=branch: b.fold("LP-pressure") is not None)  # type: ignore[misc]
         fold = branch.fold("LP-pressure")
         if fold is None:
@@ -132,6 +132,7 @@ def safe_pressure(rod: Rod, flaw: float) -> PressureLimit:
     >>> round(safe_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
     0.275545
     """
+    require_rod(rod).length_ratio(flaw)  # a length, before anything is computed
     least = readhesion_pressure(rod)
     if flaw >= least.length:
         return PressureLimit(

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from . import nlp
-from .checks import positive
+from .checks import known_beta0, positive
 from .closures import Closure
 from .cohesion import LINEAR
 from .errors import NoEquilibrium, NotConverged
@@ -30,7 +30,7 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
 
     The constraints are the discretised (12) with the amplitude divided out, so that the
     straight rod, which exists at every lambda, is not among the candidates.  The start is a
-    state on the branch between T and the fold, not the fold located on it.
+    state walked to beside the fold, not the fold located on the branch.
 
     Parameters
     ----------
@@ -44,12 +44,14 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
 
     Raises
     ------
+    OutOfRange
+        For a beta0 next to zero, or far above the last fold.
     NoEquilibrium
         If the branch through T has no fold at this beta0 (above 37.546).
     NotConverged
         If IPOPT fails.
     """
-    sigma = math.cbrt(positive("beta0", beta0))
+    sigma = math.cbrt(positive("beta0", known_beta0(beta0)))
     branch = primary_branch(LINEAR, Closure("length", sigma))
     fold = branch.reach("LP-lambda")
     if fold is None:
@@ -57,9 +59,11 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
             f"at beta0 = {beta0:g} the branch through T has no fold in lambda.",
             remedy="Folds exist up to beta0 = 37.546; see fold_curve.",
         )
-    before = [p for p in branch.points if 0.0 < p.arclength < fold.point.arclength][-1]
+    # At small beta0 the fold is so near to T that the first step of the walk is past it.
+    walked = [p for p in branch.points if p.arclength > 0.0]
+    start = ([p for p in walked if p.arclength < fold.point.arclength] or walked[:1])[-1]
     problem = (transcription or Shooting(intervals=24)).discretise(LINEAR.pieces)
-    solution = nlp.minimise_lambda(problem, problem.pack(before.profile), Closure("length", sigma))
+    solution = nlp.minimise_lambda(problem, problem.pack(start.profile), Closure("length", sigma))
     if not solution.solved:
         raise NotConverged(
             f"IPOPT stopped with {solution.status} while minimising lambda at beta0 = {beta0:g}.",

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .checks import finite, non_negative, positive
+from .checks import finite, known_beta0, positive, whole
 from .elastica import PI4
 from .errors import InvalidInput, NoEquilibrium, NotConverged
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
 from .landau import NormalForm
 from .maxwell_points import walk_round_the_fold, walked_potential
 from .pressure_loop import PressureLoop, sweep_pressure
-from .rod import Rod
-from .tracing import trace
+from .rod import Rod, require_rod
+from .tracing import MOST_POINTS, trace
 
 #: Window of lambda swept by default, in units of -lambda_F, and at beta0 = 0.
 WINDOW = (-1.3, 0.4)
@@ -90,8 +90,7 @@ def hysteresis(
         raise InvalidInput("give either a rod or beta0 to sweep.")
     if convention not in ("delay", "maxwell"):
         raise InvalidInput(f"convention must be 'delay' or 'maxwell', got {convention!r}.")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 4:
-        raise InvalidInput(f"points must be a whole number of at least 4, got {points!r}.")
+    points = whole("points", points, 4, MOST_POINTS)
     tol = positive("tol", (1e-10 if rod is None else 1e-8) if tol is None else tol)
     if rod is not None:
         if convention != "delay" or form is not None or lam is not None:
@@ -99,10 +98,14 @@ def hysteresis(
                 "a rod is swept in pressure, with the delay convention and no normal form.",
                 remedy="Give beta0 for a loop in lambda.",
             )
-        return sweep_pressure(rod, points, tol)
+        return sweep_pressure(require_rod(rod), points, tol)
     assert beta0 is not None
-    b0 = non_negative("beta0", beta0)
+    b0 = known_beta0(beta0)
     if form is not None:
+        if not isinstance(form, NormalForm):
+            raise InvalidInput(
+                f"form must be a NormalForm, got {form!r:.60}.", remedy="For instance NormalForm.exact()."
+            )
         return _of_a_form(b0, convention, form, lam, points)
     return _of_the_solver(b0, convention, lam, points, tol)
 

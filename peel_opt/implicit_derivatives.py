@@ -17,12 +17,9 @@ from .errors import InvalidInput
 from .limit_derivatives import LIMITS
 from .quantities import display
 from .result import Equilibrium
-from .rod import Rod
+from .rod import MATERIAL, UNITS, Rod
 from .shape import Solution
 from .solution_surface import Gradient, gradient
-
-#: The material numbers of a rod.
-MATERIAL = ("bending_stiffness", "adhesion_strength", "adhesion_range")
 
 #: Powers of k, T0, y0 in eta, in r = eta/y0 and in the units of the answers.
 ETA = np.array([1.0, -1.0, 0.0]) / 3.0
@@ -166,6 +163,11 @@ def sensitivities(subject: Equilibrium | Rod, of: str | None = None) -> Sensitiv
         raise InvalidInput(f"of={of!r} belongs to a rod; an equilibrium has one answer.")
     if not isinstance(subject, Equilibrium):
         raise InvalidInput(f"sensitivities need an equilibrium or a rod, got {type(subject).__name__}.")
+    if subject.message:
+        raise InvalidInput(
+            f"there is no equilibrium to differentiate ({subject.status}): {subject.message}",
+            remedy="Leave out throw=False to have this as an error of its own type.",
+        )
     if not isinstance(subject.source, Solution):
         raise InvalidInput(
             "this equilibrium carries no discrete solution to differentiate.",
@@ -209,8 +211,8 @@ def _of_rod(rod: Rod, of: str, kind: str, found: Gradient, given: str, held: flo
         parameters[given] = held
         dimensionless[f"{given}_ratio"] = float(found.derivatives[1])
     si = {"pressure": "T0", "length": "eta"} if rod.dimensionless else {"pressure": "Pa", "length": "m"}
-    named = ("", "", "") if rod.dimensionless else ("N m", "Pa", "m")
-    labels = {**dict(zip(MATERIAL, named, strict=True)), **si, of: si[kind]}
+    named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else UNITS
+    labels = {**named, **si, of: si[kind]}
     return Sensitivities(of, U * F, parameters, derivatives, bounds, dimensionless, labels)
 
 

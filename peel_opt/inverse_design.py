@@ -51,7 +51,7 @@ class Design:
     of : str
         The free number that was minimised or maximised; the first one if nothing was.
     elasticities : dict of float
-        d log(``of``) / d log(value of the target), by target; 0 where it does not bind.
+        d log(``of``) / d log(value of the target), by what it sets; 0 where it does not bind.
     others : tuple of Rod
         Further rods that meet the same targets, where nothing was minimised.
     settled : bool
@@ -79,7 +79,7 @@ class Design:
             value = target.shown(found.value, found.note)
             words = f"{target.label}: {value} ({SENSES[target.sense]} {target.shown(target.value)})"
             response = self.elasticities.get(target.label, 0.0)
-            if abs(response) > NEGLIGIBLE:
+            if abs(response) > NEGLIGIBLE and (target.sense == "equal" or _binds(target, found)):
                 words += f", d log {self.of} / d log = {response:+.4f}"
             lines.append(f"├─ {words}")
         if self.others:
@@ -152,12 +152,12 @@ def _described(search: Search, found: Sequence[Verified]) -> Design:
     best = found[0]
     values = search.material.values(best.z)
     sign = float(search.objective.sum())
-    elasticities = {
-        target.label: sign * float(multiplier) if requirement.is_value_of(target) else 0.0
-        for target, requirement, multiplier in zip(
-            search.targets, best.requirements, best.multipliers, strict=True
-        )
-    }
+    elasticities = dict.fromkeys((t.label for t in search.targets), 0.0)
+    for target, requirement, multiplier in zip(
+        search.targets, best.requirements, best.multipliers, strict=True
+    ):
+        if requirement.is_value_of(target):  # of "at least" and "at most" the same number one binds
+            elasticities[target.label] += sign * float(multiplier)
     return Design(
         rod=search.material.rod(best.z),
         free=values,
@@ -176,9 +176,7 @@ def _described(search: Search, found: Sequence[Verified]) -> Design:
 def _binding(search: Search, z: np.ndarray, achieved: Sequence[Achieved]) -> tuple[str, ...]:
     """Inequalities that hold with equality, and bounds of free numbers."""
     held = [
-        t.label
-        for t, a in zip(search.targets, achieved, strict=True)
-        if t.sense != "equal" and 0.0 < a.value < math.inf and abs(math.log(a.value / t.value)) < BINDING
+        t.label for t, a in zip(search.targets, achieved, strict=True) if t.sense != "equal" and _binds(t, a)
     ]
     for name, v, low, high in zip(
         search.material.free, z, search.material.lower, search.material.upper, strict=True
@@ -191,6 +189,11 @@ def _binding(search: Search, z: np.ndarray, achieved: Sequence[Achieved]) -> tup
     if min(abs(math.log(ratio / end)) for end in RATIOS) < AT_END:
         held.append(f"eta/y0 = {ratio:.4g}, beyond which no branch is walked: its bound")
     return tuple(held)
+
+
+def _binds(target: Target, found: Achieved) -> bool:
+    """Whether a value is the one that a target bounds it by."""
+    return 0.0 < found.value < math.inf and abs(math.log(found.value / target.value)) < BINDING
 
 
 def _limits(search: Search, best: Verified) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .checks import non_negative, positive
+from .checks import BETA0, non_negative, positive, whole
 from .effective_potential import EffectivePotential, QuarticPotential, series_potential
+from .errors import OutOfRange
 from .normal_form_fit import FitQuality, fit_coefficients
 from .series import UniformSeries, uniform_series
 from .traced_potential import BranchLike
@@ -58,7 +59,7 @@ class NormalForm:
 
         Order 12 has the Maxwell point up to beta0 = 24, order 40 up to 33.
         """
-        series = uniform_series(order)
+        series = uniform_series(whole("order", order, 1, 10**9))
         return cls(*series.leading, "uniform", series, positive("tol", tol))
 
     @classmethod
@@ -85,7 +86,10 @@ class NormalForm:
 
     def at(self, beta0: float) -> EffectivePotential:
         """Return the effective potential at one beta0, with all its points of interest."""
-        return _potential(self, non_negative("beta0", beta0))
+        value = non_negative("beta0", beta0)
+        if value > BETA0[1]:
+            raise OutOfRange(f"beta0 = {value:.4g} is above {BETA0[1]:g}.")
+        return _potential(self, value)
 
     def lam(self, alpha1: Any, beta0: float) -> np.ndarray:
         """Curve Lambda(alpha1) of the detached branch."""
@@ -123,7 +127,7 @@ class NormalForm:
         if np.ndim(beta0) == 0:
             pair: tuple[float, float] = getattr(self.at(beta0), point)()
             return pair
-        values = np.array([getattr(self.at(float(b)), point)() for b in np.ravel(beta0)]).reshape(-1, 2)
+        values = np.array([getattr(self.at(b), point)() for b in np.ravel(beta0).tolist()]).reshape(-1, 2)
         return values[:, 0].reshape(np.shape(beta0)), values[:, 1].reshape(np.shape(beta0))
 
 

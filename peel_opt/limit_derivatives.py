@@ -19,7 +19,7 @@ from .closures import Closure, rows, sensitivity_to_given
 from .cohesion import COHESIVE
 from .continuation import Family
 from .elastica import Scalars
-from .errors import NoEquilibrium, NotConverged, OutOfRange
+from .errors import NoEquilibrium, NotConverged, OutOfRange, PeelOptError
 from .flaws import MESHES
 from .maxwell_derivative import maxwell_gradient
 from .newton import factorised
@@ -30,6 +30,9 @@ from .specials import Located
 
 #: eta/y0 at the cusp of the fold curve, above which lengths fold.
 CUSP = 0.32105
+
+#: eta/y0 up to which the two folds lie closer together than the points of the walk.
+TOO_CLOSE = 0.32106
 
 #: Rounding of a located fold and of one solve, relative to value and derivative.
 FOLD_ROUNDING = 1e-11
@@ -121,11 +124,7 @@ def _least_length(branch: PrimaryBranch) -> Located:
     minimum = _minimum_pressure(branch)
     fold = branch.fold("LP-length")
     if fold is None or fold.point.arclength > minimum.point.arclength:
-        raise NoEquilibrium(
-            f"at eta/y0 = {branch.family.closure.value:.6g} the unfolded states have no fold in length.",
-            remedy=f"It exists for eta/y0 above {CUSP}.",
-            nearest=CUSP,
-        )
+        raise _no_fold(branch.family.closure.value, "the unfolded states have no fold in length")
     return fold
 
 
@@ -139,12 +138,21 @@ def _longest_length(branch: PrimaryBranch) -> Located:
         if fold.kind == "LP-length" and here > max(around):
             found.append(fold)
     if not found:
-        raise NoEquilibrium(
-            f"at eta/y0 = {branch.family.closure.value:.6g} no detached length is the greatest.",
-            remedy=f"It exists for eta/y0 above {CUSP}.",
-            nearest=CUSP,
-        )
+        raise _no_fold(branch.family.closure.value, "no detached length is the greatest")
     return max(found, key=lambda fold: fold.point.scalars.sigma)
+
+
+def _no_fold(ratio: float, words: str) -> PeelOptError:
+    """Say that a length does not fold; just above the cusp, where it does, that the walk misses it."""
+    if CUSP < ratio <= TOO_CLOSE:
+        return NotConverged(
+            f"at eta/y0 = {ratio:.6g}, just above the cusp at {CUSP}, the two folds in length lie closer"
+            " together than the points of the walk.",
+            remedy=f"Ask at eta/y0 above {TOO_CLOSE}.",
+        )
+    return NoEquilibrium(
+        f"at eta/y0 = {ratio:.6g} {words}.", remedy=f"It exists for eta/y0 above {CUSP}.", nearest=CUSP
+    )
 
 
 #: Where on the branch each limit lies.

@@ -11,16 +11,17 @@ import numpy as np
 
 from .answer import Method, answer, as_method
 from .certify import report
-from .checks import finite, non_negative, positive
+from .checks import finite, known_beta0, positive
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family
 from .elastica import PI4
-from .errors import InvalidInput, NotCertified, NotConverged
+from .errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from .phases import layout
 from .primary import Candidate, crossings, primary_branch
+from .question import RATIOS
 from .result import DISQUALIFYING, Equilibrium
-from .rod import Rod
+from .rod import Rod, require_rod
 from .tip_scan import TipShooting, starts_at_length, starts_at_pressure
 from .transcription import Spectral
 from .transcription.base import Profile, Transcription
@@ -37,6 +38,9 @@ EASY_GAMMA = 6.0
 
 #: Points walked in each direction for that, and states after which it ends.
 DETOUR, MOST_STATES = 30, 40
+
+#: Beyond these the grid is far too coarse.
+MOST_GAMMA, MOST_PRESSURE = 60.0, 20.0
 
 #: Relative distance in answer and tip angle within which two solutions are one.
 SAME = 1e-6
@@ -91,6 +95,8 @@ def equilibria(
     ------
     InvalidInput
         If the arguments do not form a question.
+    OutOfRange
+        If a search would take minutes and find little: a rod, length or pressure far off.
 
     Examples
     --------
@@ -98,6 +104,7 @@ def equilibria(
     ['lower', 'middle']
     """
     ask = _Ask.of(rod, pressure, length, beta0, lam, beta1, law)
+    _require_range(ask)
     chosen = as_method(method)
     tol = positive("tol", tol)
     results: list[Equilibrium] = []
@@ -119,6 +126,11 @@ class _Ask:
     asked: str
     target: Closure
     given: tuple[Closure, Closure]
+
+    @property
+    def gamma(self) -> float:
+        """beta1^(1/4) at a given length: how fast shapes part."""
+        return math.exp(0.25 * math.log(self.ratio)) * self.target.value
 
     @classmethod
     def of(
@@ -142,20 +154,20 @@ class _Ask:
             "linear": LINEAR,
             "cohesive": COHESIVE,
         }
-        if not isinstance(law, CohesiveLaw) and law not in named:
+        if not isinstance(law, CohesiveLaw) and not (law is None or (isinstance(law, str) and law in named)):
             raise InvalidInput(
                 f"unknown law {law!r}.", remedy="Choose auto, linear, cohesive, or pass a CohesiveLaw."
             )
         chosen = law if isinstance(law, CohesiveLaw) else named[law]
         auto = law == "auto" or (law is None and not groups)
         if groups:
-            sigma = math.cbrt(positive("beta0", non_negative("beta0", beta0)))
+            sigma = math.cbrt(positive("beta0", known_beta0(beta0)))
             shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
             if shift <= -PI4:
                 raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
             ratio, target = (PI4 + shift) / sigma**4, Closure("length", sigma)
             return cls(None, chosen, auto, ratio, "alpha1", target, (target, Closure("lam", shift)))
-        assert rod is not None
+        rod = require_rod(rod)
         fixed = Closure("ratio", rod.ratio)
         if length is not None:
             target, asked = Closure("length", rod.length_ratio(length)), "pressure_ratio"
@@ -163,6 +175,24 @@ class _Ask:
             assert pressure is not None
             target, asked = Closure("pressure", rod.pressure_ratio(pressure)), "length_ratio"
         return cls(rod, chosen, auto, rod.ratio, asked, target, (fixed, target))
+
+
+def _require_range(ask: _Ask) -> None:
+    """Raise where the search would take minutes and prove nothing."""
+    low, high = RATIOS
+    if not low <= ask.ratio <= high:
+        raise OutOfRange(f"eta/y0 = {ask.ratio:.4g} is outside [{low:g}, {high:g}].")
+    if ask.target.kind == "length" and ask.gamma > MOST_GAMMA:
+        raise OutOfRange(
+            f"sbar/eta = {ask.target.value:.4g} is too long to look for all states (beta1^(1/4) ="
+            f" {ask.gamma:.3g}, at most {MOST_GAMMA:g}).",
+            remedy="Ask for one state with pressure_given_length.",
+        )
+    if ask.target.kind == "pressure" and not abs(ask.target.value) <= MOST_PRESSURE:
+        raise OutOfRange(
+            f"p/T0 = {ask.target.value:.4g} is too far from 1 to look for all states.",
+            remedy=f"Stay within {MOST_PRESSURE:g} of zero.",
+        )
 
 
 def _search(ask: _Ask) -> list[_Found]:
@@ -174,8 +204,7 @@ def _search(ask: _Ask) -> list[_Found]:
         shooting = TipShooting(ask.law, ask.ratio, touching)
         label = _label if not touching else (lambda _: "other")
         found += [_Found(p, label(p)) for p in _corrected(ask, _starts(ask, shooting))]
-    gamma = (ask.ratio * ask.target.value**4) ** 0.25
-    if ask.target.kind == "length" and gamma > EASY_GAMMA:
+    if ask.target.kind == "length" and ask.gamma > EASY_GAMMA:
         found = _with_detours(ask, found)
     return found
 

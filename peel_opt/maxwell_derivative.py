@@ -36,6 +36,9 @@ NODES = (20, 30, 45, 68)
 #: Relative difference at which two results agree.
 AGREED = 1e-11
 
+#: eta/y0 from which on the interpolated curve has a point to start from.
+NEAR_END = 0.4997
+
 #: Newton steps in alpha1_M and beta0; both start within 1e-6.
 MOST_STEPS = 8
 
@@ -68,6 +71,12 @@ def maxwell_gradient(ratio: float) -> Gradient:
             nearest=LEAST_RATIO,
         )
     start = maxwell_length(ratio, "branch") / ratio
+    if not start > 0.0 and ratio < NEAR_END:
+        raise NotConverged(
+            f"at eta/y0 = {ratio:.6g} the Maxwell point is too close to the end of its curve, at"
+            f" {LEAST_RATIO:g}, where it moves infinitely fast.",
+            remedy=f"Stay above eta/y0 = {NEAR_END:g}.",
+        )
     if not math.isfinite(start):
         start = maxwell_length(ratio, "exact") / ratio
     beta0 = start**3

@@ -6,8 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,31 +13,19 @@ import numpy as np
 
 from .answer import Method
 from .cohesion import CohesiveLaw
-from .design_relations import maxwell_length
 from .detachment import length_given_pressure, pressure_given_length
-from .errors import AtFold, InvalidInput, NoEquilibrium, PeelOptError
-from .flaws import PressureLimit, readhesion_pressure
+from .errors import AtFold, InvalidInput
 from .implicit_derivatives import Sensitivities, sensitivities
 from .propagation_inputs import Spread, spread_of
-from .propagation_result import Propagated, SobolIndices, Uncertainty
+from .propagation_limits import LIMITS, limits_of
+from .propagation_result import Propagated, Uncertainty
+from .propagation_sample import Sample
 from .result import Equilibrium
-from .rod import Rod
+from .rod import MATERIAL, Rod
 from .storage import Units
-from .sweep_plan import MATERIAL
+from .sweep_plan import Options, unit_of
 from .sweeping import sweep
 from .transcription.base import Transcription
-
-#: Numbers of the rod alone.
-LIMITS = ("readhesion_pressure", "maxwell_length")
-
-#: Degrees at which a number of r alone is interpolated over the sampled range.
-DEGREES = (8, 16, 32)
-
-#: Resamples behind an interval of a Sobol index.
-RESAMPLES = 400
-
-#: Error of sbar_M/eta, relative: that of the splines through the Maxwell points.
-MAXWELL_ERROR = 1e-9
 
 
 def uncertainty(
@@ -113,80 +99,37 @@ def uncertainty(
     >>> round(1e6 * found.linear_sd, 1), found.failed  # in um
     (28.6, 0.0)
     """
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2 or samples & (samples - 1):
-        raise InvalidInput(f"samples must be a power of 2, got {samples!r}.")
+    if not isinstance(rod, Rod):
+        raise InvalidInput(f"rod must be a Rod, got {rod!r}.")
+    options = Options(law, state, tol, method)
     given = _given(pressure, length)
+    wanted = _wanted(of, given, options)
     nominal = {name: getattr(rod, name) for name in MATERIAL} | given
+    if not isinstance(spread, Mapping) or not spread:
+        raise InvalidInput(
+            "nothing is uncertain: give the spread of at least one input.",
+            remedy=f"For instance {{'{MATERIAL[0]}': '10 %'}}.",
+        )
     if strange := [name for name in spread if name not in nominal]:
         raise InvalidInput(
             f"{strange[0]!r} is no input of the question.", remedy=f"Inputs are {', '.join(nominal)}."
         )
-    inputs = {
-        name: spread_of(name, value, nominal[name], plain=rod.dimensionless) for name, value in spread.items()
-    }
-    if not inputs:
-        raise InvalidInput("nothing is uncertain: give the spread of at least one input.")
-    wanted = _wanted(of, given)
-    options = {"law": law, "state": state, "method": method, "tol": tol}
-    keywords = {name: value for name, value in options.items() if value is not None}
-    centres = {name: _nominal(rod, given, name, keywords) for name in wanted}
+    inputs = {name: spread_of(name, value, nominal[name], Units.of(rod)) for name, value in spread.items()}
+    for name in wanted:
+        if name in LIMITS and not inputs.keys() & set(MATERIAL):
+            raise InvalidInput(f"{name} depends on nothing that is uncertain.")
     drawn = Sample.drawn(list(inputs.values()), samples, seed, indices and len(inputs) > 1)
+    centres = {name: _nominal(rod, given, name, options) for name in wanted}
     running = {"journal": journal, "executor": executor, "workers": workers, "progress": progress}
     quantities = {}
     for name in wanted:
         if name in LIMITS:
-            values, status, error = _limits(rod, name, drawn.points(nominal), tol)
+            values, status, error = limits_of(name, drawn.points(nominal), tol)
         else:
-            values, status, error = _answers(rod, drawn, given, options | running)
+            values, status, error = _answers(rod, drawn, given, options.keywords() | running)
         quantities[name] = _propagated(name, rod, centres[name], inputs, drawn, values, status, error)
     columns = {name: drawn.inputs[: drawn.main, i] for i, name in enumerate(inputs)}
     return Uncertainty(inputs, quantities, columns)
-
-
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """Sampled inputs: two independent sets A and B, and for each input A with that column of B.
-
-    Parameters
-    ----------
-    names : tuple of str
-    inputs : ndarray, shape (points, names)
-        A, B, then the mixed sets if there are indices.
-    size : int
-        Points of A.
-    """
-
-    names: tuple[str, ...]
-    inputs: np.ndarray
-    size: int
-
-    @classmethod
-    def drawn(cls, spreads: list[Spread], size: int, seed: int, mixed: bool) -> Sample:
-        """Draw from a scrambled Sobol sequence of twice the dimension, as Saltelli does."""
-        from scipy.stats import qmc
-
-        count = len(spreads)
-        shares = qmc.Sobol(d=2 * count, scramble=True, seed=np.random.default_rng(seed), bits=32).random(size)
-        # The sequence may hit 0, where a normal distribution has no quantile.
-        shares = np.clip(shares, 2.0**-33, 1.0 - 2.0**-33)
-        columns = [spreads[i % count].quantiles(shares[:, i]) for i in range(2 * count)]
-        first, second = np.stack(columns[:count], axis=1), np.stack(columns[count:], axis=1)
-        sets = [first, second]
-        for i in range(count if mixed else 0):
-            both = first.copy()
-            both[:, i] = second[:, i]
-            sets.append(both)
-        return cls(tuple(s.name for s in spreads), np.concatenate(sets), size)
-
-    @property
-    def main(self) -> int:
-        """Points of A and B together, the ones whose distribution is reported."""
-        return 2 * self.size
-
-    def points(self, nominal: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """Return every number at every point."""
-        columns = {name: np.full(len(self.inputs), value) for name, value in nominal.items()}
-        return columns | {name: self.inputs[:, i] for i, name in enumerate(self.names)}
 
 
 def _given(pressure: float | None, length: float | None) -> dict[str, float]:
@@ -196,27 +139,38 @@ def _given(pressure: float | None, length: float | None) -> dict[str, float]:
     return given
 
 
-def _wanted(of: str | Sequence[str] | None, given: Mapping[str, float]) -> tuple[str, ...]:
+def _wanted(of: str | Sequence[str] | None, given: Mapping[str, float], options: Options) -> tuple[str, ...]:
     asked = {"pressure": "length", "length": "pressure"}.get(next(iter(given), ""))
     known = (*((asked,) if asked else ()), *LIMITS)
-    wanted = ((asked,) if asked else LIMITS) if of is None else (of,) if isinstance(of, str) else tuple(of)
+    wanted: tuple[str, ...]
+    if of is None:
+        wanted = (asked,) if asked else LIMITS
+    elif isinstance(of, str):
+        wanted = (of,)
+    else:
+        wanted = tuple(dict.fromkeys(of)) if isinstance(of, Sequence) else (of,)
     for name in wanted:
         if name not in known:
             raise InvalidInput(f"there is no {name!r} here.", remedy=f"Choose from {', '.join(known)}.")
     if not wanted:
         raise InvalidInput("nothing is asked for.", remedy=f"Choose from {', '.join(known)}.")
+    limits = [name for name in wanted if name in LIMITS]
+    if limits and (options.law not in (None, "auto", "cohesive") or options.state not in (None, "unfolded")):
+        raise InvalidInput(
+            f"{limits[0]} is that of unfolded states under law (8).", remedy="Leave out law and state."
+        )
     return wanted
 
 
 def _nominal(
-    rod: Rod, given: Mapping[str, float], name: str, options: Mapping[str, Any]
+    rod: Rod, given: Mapping[str, float], name: str, options: Options
 ) -> tuple[float, Sensitivities | None]:
     """Return a number at the nominal inputs with its derivatives, None where they are infinite."""
     if name in LIMITS:
         found = sensitivities(rod, name)
         return found.value, found
     ask: Callable[..., Equilibrium] = pressure_given_length if name == "pressure" else length_given_pressure
-    eq = ask(rod, *given.values(), **options)
+    eq = ask(rod, *given.values(), **options.keywords())
     try:
         return getattr(eq, name), sensitivities(eq)
     except AtFold:
@@ -234,69 +188,6 @@ def _answers(
     values, ratios = table[name], table[f"{name}_ratio"]
     error = np.nanmax(table["error"] * np.abs(values / ratios), initial=0.0)
     return values, table["status"], float(error)
-
-
-def _limits(
-    rod: Rod, name: str, points: Mapping[str, np.ndarray], tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return a number of the rod alone over the samples, with its status and largest error."""
-    k, T0, y0 = (points[material] for material in MATERIAL)
-    status = np.full(k.shape, "certified", dtype="<U24")
-    status[(k <= 0.0) | (T0 <= 0.0) | (y0 <= 0.0)] = InvalidInput.status
-    sound = status == "certified"
-    values = np.full(k.shape, math.nan)
-    eta = np.cbrt(k[sound] / T0[sound])
-    if name == "maxwell_length":
-        values[sound] = y0[sound] * maxwell_length(eta / y0[sound], "branch")
-        status[sound & ~np.isfinite(values)] = NoEquilibrium.status
-        return values, status, MAXWELL_ERROR * float(np.nanmax(values, initial=0.0))
-    ratios = eta / y0[sound]
-    found, status[sound], error = interpolated(_least_pressure, ratios, tol)
-    values[sound] = T0[sound] * found
-    return values, status, error * float(np.max(T0[sound], initial=0.0))
-
-
-def interpolated(
-    limit: Callable[[float], PressureLimit], ratios: np.ndarray, tol: float
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return a p/T0 that depends on r = eta/y0 alone at many ratios, its status and largest error.
-
-    Chebyshev interpolants in log r of growing degree, until the last two agree to ``tol`` at
-    every ratio; where none does, each ratio is computed by itself and NaN marks what fails.
-    """
-    x = np.log(ratios)
-    status = np.full(ratios.shape, "certified", dtype="<U24")
-    before, error = None, 0.0
-
-    def at(place: float) -> float:
-        nonlocal error
-        found = limit(math.exp(place))
-        error = max(error, found.error)
-        return found.pressure_ratio
-
-    try:
-        for degree in DEGREES:
-            if degree >= ratios.size or np.ptp(x) == 0.0:
-                break
-            nodes = np.vectorize(at, otypes=[float])
-            values = np.polynomial.Chebyshev.interpolate(nodes, degree, [x.min(), x.max()])(x)
-            if before is not None and (gap := float(np.max(np.abs(values - before)))) <= tol:
-                return values, status, gap + error
-            before = values
-    except PeelOptError:
-        pass  # some ratio of the range has no such number
-    values = np.full(ratios.shape, math.nan)
-    for i, place in enumerate(x.tolist()):
-        try:
-            values[i] = at(place)
-        except PeelOptError as failure:
-            status[i] = failure.status
-    return values, status, error
-
-
-@lru_cache(maxsize=4096)
-def _least_pressure(ratio: float) -> PressureLimit:
-    return readhesion_pressure(Rod.from_ratio(ratio))
 
 
 def _propagated(
@@ -319,12 +210,12 @@ def _propagated(
         gradient = np.array(list(derivatives.values()))
         linear_values = value + offsets @ gradient
         mean = value + float(gradient @ [s.mean - s.nominal for s in inputs.values()])
-        sd = math.sqrt(sum((g * s.sd) ** 2 for g, s in zip(gradient, inputs.values(), strict=True)))
+        sd = math.hypot(*(g * s.sd for g, s in zip(gradient, inputs.values(), strict=True)))
     failed = Counter(status[main][~np.isfinite(values[main])].tolist())
     units = Units.of(rod)
     return Propagated(
         name=name,
-        unit=units.pressure if name.endswith("pressure") else units.length,
+        unit=unit_of("pressure" if name.endswith("pressure") else "length", units),
         nominal=value,
         derivatives=derivatives,
         linear_mean=mean,
@@ -333,25 +224,6 @@ def _propagated(
         linear_values=linear_values,
         reasons=dict(sorted(failed.items())),
         error=error,
-        indices=_sobol(drawn, values) if len(values) > drawn.main and np.isfinite(values).all() else None,
+        indices=drawn.indices(values),
+        unmixed=int(np.isnan(values[drawn.main :]).sum()),
     )
-
-
-def _sobol(drawn: Sample, values: np.ndarray) -> SobolIndices:
-    """Return Sobol indices by `scipy.stats.sobol_indices`, with intervals by resampling."""
-    n, count = drawn.size, len(drawn.names)
-    sets = values.reshape(count + 2, n)
-
-    def indices_of(chosen: np.ndarray) -> np.ndarray:
-        from scipy.stats import sobol_indices
-
-        functions = {"f_A": sets[:1, chosen], "f_B": sets[1:2, chosen], "f_AB": sets[2:, None, chosen]}
-        found = sobol_indices(func=functions, n=n)
-        return np.array([np.reshape(found.first_order, count), np.reshape(found.total_order, count)])
-
-    rng = np.random.default_rng(n)
-    resampled = np.array([indices_of(rng.integers(0, n, n)) for _ in range(RESAMPLES)])
-    first, total = indices_of(np.arange(n))
-    low, high = np.quantile(resampled, (0.025, 0.975), axis=0)
-    intervals = np.stack([low, high], axis=-1)
-    return SobolIndices(drawn.names, first, total, intervals[0], intervals[1], n)

@@ -24,6 +24,10 @@ from scipy import stats
 from .checks import positive
 from .errors import InvalidInput
 from .quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
+from .rod import Rod
+from .storage import Units
+from .sweep_plan import unit_of
+from .sweep_ranges import parse_together
 
 #: What each input measures.
 KINDS = {
@@ -35,6 +39,14 @@ KINDS = {
 }
 
 SHAPES = ("normal", "lognormal", "uniform")
+
+SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
+
+#: A distribution wider than so many times its nominal value is a mistake, and soon overflows.
+WIDEST = 1e6
+
+#: A nominal value with less than this share of its distribution on one side is a mistake.
+OUTSIDE = 1e-9
 
 _SHAPED = re.compile(rf"(.*?)(?:\s+({'|'.join(SHAPES)}))?", re.DOTALL)
 
@@ -52,12 +64,15 @@ class Spread:
         Of the number in SI units.
     words : str
         What kind of distribution it is.
+    unit : str
+        Of all of them: SI, or that of a rod known by its ratio alone.
     """
 
     name: str
     nominal: float
     distribution: Any
     words: str
+    unit: str
 
     @property
     def mean(self) -> float:
@@ -74,7 +89,7 @@ class Spread:
         return np.asarray(self.distribution.ppf(shares), dtype=float)
 
 
-def spread_of(name: str, given: Any, nominal: float, *, plain: bool = False) -> Spread:
+def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Spread:
     """Return the distribution that a caller described in one of the forms above.
 
     Parameters
@@ -84,30 +99,54 @@ def spread_of(name: str, given: Any, nominal: float, *, plain: bool = False) -> 
     given : float, pair of float, str or frozen distribution
     nominal : float
         The value itself [SI].
-    plain : bool
-        Whether texts have no units, as for a rod known by its ratio alone.
+    units : Units
+        Of the rod: texts have no units where it is known by its ratio alone.
 
     Raises
     ------
     InvalidInput
-        If it has none of these forms.
+        If it has none of these forms, or the nominal value cannot come of it.
     """
+    unit = unit_of(name, units)
     if isinstance(given, str):
-        return _from_text(name, given, nominal, NUMBER if plain else KINDS[name])
-    if hasattr(given, "ppf") and hasattr(given, "std"):
-        sd = float(given.std())
-        if not (math.isfinite(sd) and sd > 0.0 and math.isfinite(float(given.mean()))):
-            raise InvalidInput(
-                f"the distribution of {name} has no finite mean and standard deviation above 0."
-            )
-        family = getattr(getattr(given, "dist", None), "name", type(given).__name__)
-        return Spread(name, nominal, given, str(family))
-    if isinstance(given, tuple | list | np.ndarray):
-        if len(given) != 2:
+        distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)
+    elif hasattr(given, "ppf") and hasattr(given, "std"):
+        distribution, words = given, _family(name, given)
+    elif isinstance(given, tuple | list | np.ndarray):
+        if np.ndim(given) != 1 or len(given) != 2:
             raise InvalidInput(f"the range of {name} must be two numbers, from and to, got {given!r}.")
         low, high = (positive(name, _plain(value)) for value in given)
-        return _between(name, low, high, nominal)
-    return _about(name, nominal, positive(f"the standard deviation of {name}", _plain(given)), "normal")
+        distribution, words = _between(name, low, high)
+    else:
+        amount = positive(f"the standard deviation of {name}", _plain(given))
+        distribution, words = _about(nominal, amount, "normal")
+    spread = Spread(name, nominal, distribution, words, unit)
+    low, high = spread.quantiles(np.array([OUTSIDE, 1.0 - OUTSIDE]))
+    if not high - low <= WIDEST * abs(nominal):
+        raise InvalidInput(
+            f"the spread of {name}, from {low:g} to {high:g} {unit}, is beyond all measure of its nominal"
+            f" {nominal:g}.",
+            remedy="Numbers are in SI units.",
+        )
+    slack = 1e-9 * abs(nominal)  # the end of a range is a value of it
+    if not low - slack <= nominal <= high + slack:
+        raise InvalidInput(
+            f"the nominal {name}, {nominal:g} {unit}, cannot come of its distribution, which lies between"
+            f" {low:g} and {high:g}.",
+            remedy="Numbers are in SI units.",
+        )
+    return spread
+
+
+def _family(name: str, given: Any) -> str:
+    """Return the name of a distribution of SciPy that describes one number."""
+    try:
+        mean, sd = float(given.mean()), float(given.std())
+    except (OverflowError, TypeError, ValueError) as error:
+        raise InvalidInput(f"the distribution of {name} is not that of a single number: {error}.") from error
+    if not (math.isfinite(sd) and sd > 0.0 and math.isfinite(mean)):
+        raise InvalidInput(f"the distribution of {name} has no finite mean and standard deviation above 0.")
+    return str(getattr(getattr(given, "dist", None), "name", type(given).__name__))
 
 
 def _plain(value: Any) -> Any:
@@ -127,33 +166,38 @@ def split(text: str) -> tuple[str, str]:
 
 def middle(name: str, text: str, kind: Kind) -> float:
     """Return the middle of a range "20 uN m .. 26 uN m"."""
-    low, _, high = text.partition("..")
-    return 0.5 * (parse(name, low.strip(), kind) + parse(name, high.strip(), kind))
+    return 0.5 * sum(_ends(name, text, kind))
 
 
-def _from_text(name: str, text: str, nominal: float, kind: Kind) -> Spread:
+def _ends(name: str, text: str, kind: Kind) -> list[float]:
+    """Return both ends of a range "20 uN m .. 26 uN m" or "20 .. 26 uN m"."""
+    return parse_together(name, text.split("..", maxsplit=1), kind)
+
+
+def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, str]:
     match = _SHAPED.fullmatch(text.strip())
     assert match is not None
     amount, shape = match.group(1).strip(), match.group(2) or "normal"
     if ".." in amount:
-        first, _, last = amount.partition("..")
-        return _between(name, parse(name, first.strip(), kind), parse(name, last.strip(), kind), nominal)
+        if match.group(2) in ("normal", "lognormal"):
+            raise InvalidInput(f"a range of {name} is even, not {shape}.", remedy=f"Leave out {shape!r}.")
+        return _between(name, *_ends(name, amount, kind))
     label = f"the spread of {name}"
     if amount.endswith("%"):
-        return _about(name, nominal, 0.01 * nominal * parse(label, amount[:-1].strip(), NUMBER), shape)
-    return _about(name, nominal, parse(label, amount, kind), shape)
+        return _about(nominal, 0.01 * nominal * parse(label, amount[:-1].strip(), NUMBER), shape)
+    return _about(nominal, parse(label, amount, kind), shape)
 
 
-def _about(name: str, nominal: float, amount: float, shape: str) -> Spread:
+def _about(nominal: float, amount: float, shape: str) -> tuple[Any, str]:
     if shape == "normal":
-        return Spread(name, nominal, stats.norm(nominal, amount), shape)
+        return stats.norm(nominal, amount), shape
     if shape == "uniform":
-        return Spread(name, nominal, stats.uniform(nominal - amount, 2.0 * amount), shape)
+        return stats.uniform(nominal - amount, 2.0 * amount), shape
     width = math.sqrt(math.log1p((amount / nominal) ** 2))
-    return Spread(name, nominal, stats.lognorm(width, scale=nominal * math.exp(-0.5 * width**2)), shape)
+    return stats.lognorm(width, scale=nominal * math.exp(-0.5 * width**2)), shape
 
 
-def _between(name: str, low: float, high: float, nominal: float) -> Spread:
+def _between(name: str, low: float, high: float) -> tuple[Any, str]:
     if not low < high:
         raise InvalidInput(f"the range of {name} must rise, got {low:g} to {high:g}.")
-    return Spread(name, nominal, stats.uniform(low, high - low), "uniform")
+    return stats.uniform(low, high - low), "uniform"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import InvalidInput
-from .files import atomic_write
+from .files import write_csv
 from .propagation_inputs import Spread
 from .quantities import display
 
@@ -83,7 +81,9 @@ class Propagated:
     error : float
         Largest error of a sampled number.
     indices : SobolIndices or None
-        None unless asked for and every sample has an answer.
+        None unless asked for and every sample has an answer, the mixed ones of the indices too.
+    unmixed : int
+        How many of the mixed samples have no answer.
     """
 
     name: str
@@ -97,6 +97,7 @@ class Propagated:
     reasons: dict[str, int]
     error: float
     indices: SobolIndices | None
+    unmixed: int = 0
 
     @property
     def found(self) -> np.ndarray:
@@ -127,7 +128,7 @@ class Propagated:
     @property
     def nonlinearity(self) -> float:
         """How far the linearised samples miss the true ones, root mean square over the linear sd."""
-        if not self.found.size or not math.isfinite(self.linear_sd):
+        if not self.found.size or not 0.0 < self.linear_sd < math.inf:
             return math.inf
         miss = (self.values - self.linear_values)[np.isfinite(self.values)]
         return float(np.sqrt(np.mean(miss**2)) / self.linear_sd)
@@ -139,15 +140,22 @@ class Propagated:
         if self.failed:
             listed = ", ".join(f"{count} {status}" for status, count in self.reasons.items())
             words.append(
-                f"{100.0 * self.failed:.2g} % of {self.values.size} samples have no answer ({listed});"
+                f"{percent(self.failed)} of {self.values.size} samples have no answer ({listed});"
                 " mean, sd and quantiles are those of the others, and there are no Sobol indices"
             )
+        elif self.unmixed:
+            words.append(f"no Sobol indices: {self.unmixed} of the samples mixed for them have no answer")
         if not math.isfinite(self.linear_sd):
             words.append("the nominal state lies at a fold: derivatives are infinite, trust the samples")
-        elif self.nonlinearity > LINEAR_ENOUGH:
+        elif self.error > LINEAR_ENOUGH * self.linear_sd:
+            words.append(
+                f"the samples have errors of up to {self.shown(self.error)} of their own, which is not small"
+                " beside the sd; trust the linear estimate"
+            )
+        elif self.found.size and self.nonlinearity > LINEAR_ENOUGH:
             words.append(
                 "linear and sampled disagree: at the samples the linearised number is off by"
-                f" {100.0 * self.nonlinearity:.2g} % of its sd; trust the samples"
+                f" {percent(self.nonlinearity)} of its sd; trust the samples"
             )
         if self.indices is not None and self.indices.width > SHARP_ENOUGH:
             words.append(self.indices.statement)
@@ -181,9 +189,7 @@ class Propagated:
 
     def shown(self, value: float) -> str:
         """Return a value with its unit."""
-        return (
-            display(value, self.unit, 5) if self.unit in ("Pa", "m") else f"{value:.5g} {self.unit}".strip()
-        )
+        return with_unit(value, self.unit)
 
     def __str__(self) -> str:
         between = f"{self.shown(self.quantile(0.025))} to {self.shown(self.quantile(0.975))}"
@@ -228,21 +234,22 @@ class Uncertainty:
     def record(self) -> dict[str, Any]:
         """Return inputs and results as plain data."""
         inputs = {
-            name: {"nominal": s.nominal, "mean": s.mean, "sd": s.sd, "distribution": s.words}
+            name: {
+                "unit": s.unit,
+                "nominal": s.nominal,
+                "mean": s.mean,
+                "sd": s.sd,
+                "distribution": s.words,
+            }
             for name, s in self.inputs.items()
         }
         return {"inputs": inputs, "results": [found.record() for found in self.quantities.values()]}
 
     def to_csv(self, path: str | Path) -> Path:
-        """Write one line a sample: the inputs and the numbers, in SI units."""
-        units = {"bending_stiffness": "N m", "adhesion_strength": "Pa", "pressure": "Pa"}
-        columns = {f"{name} [{units.get(name, 'm')}]": values for name, values in self.samples.items()}
+        """Write one line a sample: the inputs and the numbers, in SI units or those of the rod."""
+        columns = {f"{name} [{self.inputs[name].unit}]": values for name, values in self.samples.items()}
         columns |= {f"{found.name} [{found.unit}]": found.values for found in self.quantities.values()}
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-        return atomic_write(path, lambda file: file.write(text.getvalue().encode()))
+        return write_csv(path, (), columns)
 
     def plot(self, ax: Axes | None = None, *, of: str | None = None) -> Axes:
         """Draw the samples of one number, and the normal distribution of the linear estimate."""
@@ -252,7 +259,18 @@ class Uncertainty:
 
     def __repr__(self) -> str:
         lines = [
-            f"{s.name}: {s.words}, mean {s.mean:.6g}, sd {s.sd:.4g} ({100.0 * s.sd / abs(s.mean):.3g} %)"
+            f"{s.name}: {s.words}, mean {with_unit(s.mean, s.unit)}, sd {with_unit(s.sd, s.unit)}"
+            f" ({percent(s.sd / abs(s.nominal))} of the nominal value)"
             for s in self.inputs.values()
         ]
         return "\n".join([*lines, *(str(found) for found in self.quantities.values())])
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Return a value with its unit, an SI unit with a prefix."""
+    return display(value, unit, 5) if unit in ("Pa", "m", "N m") else f"{value:.5g} {unit}".strip()
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent, two digits or all before the point."""
+    return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"

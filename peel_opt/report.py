@@ -15,10 +15,11 @@ from typing import Any
 from .card_tables import one_line
 from .cards import Card
 from .errors import InvalidInput, PeelOptError
+from .files import as_path, atomic_write
 from .quantities import display
 from .result import Equilibrium
 from .rod import Rod
-from .storage import atomic_write, equilibrium_record, save_equilibrium, write_equilibrium_csv
+from .storage import equilibrium_record, save_equilibrium, write_equilibrium_csv
 
 #: A question's label and what came of it.
 Answered = tuple[str, Equilibrium | PeelOptError]
@@ -116,12 +117,13 @@ def as_json(document: Any) -> str:
 
 def make_folder(path: str | Path) -> Path:
     """Return a folder that exists now, or raise `InvalidInput`."""
+    folder = as_path(path)
     try:
-        Path(path).mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
-    return Path(path)
+    return folder
 
 
 class Folder:
@@ -184,7 +186,9 @@ class Folder:
         writer = csv.DictWriter(text, columns, lineterminator="\n")
         writer.writeheader()
         writer.writerows(self._rows)
-        atomic_write(self.path / "summary.csv", lambda file: file.write(text.getvalue().encode()))
+        # The name of a card may hold bytes that are no text: they are shown by their codes.
+        content = text.getvalue().encode("utf-8", "backslashreplace")
+        atomic_write(self.path / "summary.csv", lambda file: file.write(content))
 
 
 def slug(text: str) -> str:

@@ -6,6 +6,13 @@ import math
 from dataclasses import dataclass
 
 from .checks import finite, positive
+from .errors import InvalidInput
+
+#: The material numbers of a rod and their units.
+UNITS = {"bending_stiffness": "N m", "adhesion_strength": "Pa", "adhesion_range": "m"}
+
+#: Their names, in the order of the arguments of `Rod`.
+MATERIAL = tuple(UNITS)
 
 
 @dataclass(frozen=True)
@@ -38,11 +45,7 @@ class Rod:
     adhesion_range: float
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("bending_stiffness", "N m"),
-            ("adhesion_strength", "Pa"),
-            ("adhesion_range", "m"),
-        ):
+        for name, unit in UNITS.items():
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
 
     @classmethod
@@ -107,3 +110,13 @@ class Rod:
             f"Rod(k={self.bending_stiffness:.6g} N m, T0={self.adhesion_strength:.6g} Pa, "
             f"y0={self.adhesion_range:.6g} m; eta={self.eta:.4g} m, eta/y0={self.ratio:.4g})"
         )
+
+
+def require_rod(rod: object) -> Rod:
+    """Return ``rod`` if it is one, or say what it is instead."""
+    if not isinstance(rod, Rod):
+        raise InvalidInput(
+            f"rod must be a Rod, got {rod!r:.60}.",
+            remedy="Make one with Rod(k, T0, y0) or Rod.from_ratio(r).",
+        )
+    return rod

@@ -27,6 +27,9 @@ _GUARD = 3
 #: (e, c) has left the disc of convergence where alpha1 exceeds the first, or beta0 alpha1 the second.
 _REACH = (40.0, 2000.0)
 
+#: Far above what any order reaches, with powers that are still numbers.
+MOST_BETA0 = 1e5
+
 
 class Shape(NamedTuple):
     """Scaled fields of a state, those of (9) and (10), with the curvature theta'."""
@@ -119,6 +122,8 @@ class UniformSeries:
         terms, coming from alpha1 = 0.
         """
         beta0, tol = non_negative("beta0", beta0), positive("tol", tol)
+        if beta0 > MOST_BETA0:
+            raise OutOfRange(f"the series is of no use at beta0 = {beta0:.4g}; it reaches to about 36.")
 
         def last_good(points: np.ndarray) -> int:
             error, size = self._error(points, beta0)

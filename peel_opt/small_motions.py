@@ -249,6 +249,8 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
     if isinstance(state, Branch):
         problem, x = discretised(state, range(len(state))[i])
         return analyse(law_of(state), problem, x)
+    if not isinstance(state, Equilibrium):
+        raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
     if not isinstance(state.source, Solution):
         raise InvalidInput(
             "this equilibrium carries no discrete solution to linearise about.",

@@ -65,6 +65,18 @@ RANGE: tuple[tuple[str, Monitor], ...] = (
     ("y=y0", highest_excess),
     ("self-contact", apart),
 )
+#: What folds, where the monitor of a fold is its rate along the branch.
+FOLDING: dict[str, Callable[[Point], float]] = {
+    "LP-length": lambda p: p.scalars.sigma,
+    "LP-lambda": lambda p: p.scalars.lam,
+}
+
+#: How often an interval is cut in search of two folds that lie close together.
+CUTS = 4
+
+#: Share of the rates at its ends down to which an interval is not looked into.
+DIP = 0.3
+
 TIP: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
 
 #: The folds of a family, by the closure that stays fixed along it.
@@ -100,6 +112,11 @@ def locate(
     for kind, monitor in monitors:
         values = [monitor(point) for point in points]
         for i, (here, there) in enumerate(pairwise(points)):
+            if values[i] * values[i + 1] > 0.0 and kind in FOLDING:
+                middle = _between_folds(family, here, there, monitor, FOLDING[kind])
+                if middle is not None:
+                    found.append(Located(kind, *family.turning_point(here, middle, monitor)))
+                    found.append(Located(kind, *family.turning_point(middle, there, monitor)))
             if values[i] * values[i + 1] >= 0.0:
                 continue
             between = (p.point for p in found if here.arclength < p.point.arclength < there.arclength)
@@ -107,3 +124,34 @@ def locate(
                 continue  # the tip is the highest place
             found.append(Located(kind, *family.turning_point(here, there, monitor)))
     return sorted(found, key=lambda p: p.point.arclength)
+
+
+def _between_folds(
+    family: Family,
+    here: Point,
+    there: Point,
+    rate: Monitor,
+    quantity: Callable[[Point], float],
+    cuts: int = CUTS,
+) -> Point | None:
+    """Return a point between two folds that lie between neighbours, if there are such.
+
+    Both rates have one sign then, and so has their mean; the parabola through the three dips
+    below zero or comes near it.  Where it does, its vertex is looked at, and what lies beside it.
+    """
+    span = here.ahead(there.place)
+    a, b = rate(here), rate(there)
+    mean = (quantity(there) - quantity(here)) / span
+    bend = 6.0 * (mean - 0.5 * (a + b))  # of a + (b - a) t + bend t (1 - t), which has this mean
+    if cuts == 0 or bend * a >= 0.0:
+        return None
+    vertex = 0.5 + 0.5 * (b - a) / bend
+    least = a + (b - a) * vertex + bend * vertex * (1.0 - vertex)
+    if not 0.0 < vertex < 1.0 or least / a > DIP * min(1.0, b / a):
+        return None
+    middle = family.step(here, vertex * span)
+    if middle is None or rate(middle) * a < 0.0:
+        return middle
+    return _between_folds(family, here, middle, rate, quantity, cuts - 1) or _between_folds(
+        family, middle, there, rate, quantity, cuts - 1
+    )

@@ -1,9 +1,10 @@
 """What a worker does: answer the points of one chunk, always in the same way.
 
 Every chunk starts without remembered branches, and a process works at one chunk at a time
-(CasADi and MUMPS are not thread-safe).  What is left to make one process differ from another
-in the last bit is its arithmetic: the libraries, the processor, and the number of threads
-BLAS started with.  `arithmetic` names it, and every chunk says under which it was computed.
+(CasADi and MUMPS are not thread-safe), with BLAS on one thread however many it started with.
+What is left to make one process differ from another in the last bit is its arithmetic: the
+libraries and the processor.  `arithmetic` names it, and every chunk says under which it was
+computed.
 """
 
 from __future__ import annotations
@@ -19,13 +20,14 @@ from typing import Any
 import numpy as np
 
 from . import __version__
+from .blas import one_thread
 from .detachment import equilibrium, length_given_pressure, pressure_given_length
 from .elastica import PI4
 from .errors import PeelOptError
 from .primary import primary_branch
 from .result import Equilibrium
-from .rod import Rod
-from .sweep_plan import MATERIAL, Task
+from .rod import MATERIAL, Rod
+from .sweep_plan import Task
 
 #: Numbers kept of every point; all are attributes of an equilibrium but the last two.
 NUMBERS = (
@@ -64,13 +66,14 @@ class Answers:
 
 def answer_chunk(task: Task) -> Answers:
     """Answer all points of a chunk; failures are rows too."""
-    with _ONE_AT_A_TIME:
+    with _ONE_AT_A_TIME, one_thread():
         primary_branch.cache_clear()
         rows = [_answered(task, row) for row in task.values.tolist()]
+        computed_by = arithmetic()
     numbers = np.array([row[0] for row in rows], dtype=np.float64)
     # One NaN for all: the sign of the one a processor makes would not survive the journal.
     numbers[np.isnan(numbers)] = math.nan
-    return Answers(task.number, arithmetic(), numbers, [row[1] for row in rows])
+    return Answers(task.number, computed_by, numbers, [row[1] for row in rows])
 
 
 def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> Equilibrium:
@@ -131,7 +134,7 @@ def _failure(status: str, message: str, nearest: float = math.nan) -> tuple[list
 
 @lru_cache(maxsize=1)
 def arithmetic() -> str:
-    """Return a name of this process's rounding: equal names, equal bits.
+    """Return a name of this process's rounding on one thread: equal names, equal bits.
 
     Made of the versions of the libraries and of what dense and elementary operations give.
     """
@@ -139,7 +142,7 @@ def arithmetic() -> str:
     import scipy
     from scipy.linalg.lapack import dgetrf
 
-    n = 240  # large enough for BLAS to use all its threads
+    n = 240  # large enough for BLAS to work in blocks, whose size depends on the processor
     matrix = np.sin(np.outer(np.arange(1, n + 1), np.arange(1, n + 1)) ** 0.5)
     vector = np.cos(np.arange(n))
     results = (

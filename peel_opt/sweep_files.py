@@ -23,7 +23,7 @@ from .sweep_table import Sweep
 SCHEMA = "peel_opt sweep"
 SCHEMA_VERSION = 1
 
-#: Some ten million points.
+#: More than the largest sweep.
 LARGEST = 8_000_000_000
 
 INSTALL = "Install it with: pip install 'peel_opt[xarray]'"
@@ -62,15 +62,28 @@ def write_csv(sweep: Sweep, path: str | Path) -> Path:
 def csv_text(sweep: Sweep) -> str:
     """Return the CSV text: what all points share as comments, then the columns with their units."""
     text = io.StringIO()
-    shared = {"asked": sweep.asked, **{sweep.title(k): v for k, v in sweep.fixed.items()}, **sweep.options}
-    if sweep.rod is not None:
-        shared |= Units.of(sweep.rod).rod(sweep.rod)
-    text.writelines(f"# {key} = {json.dumps(value)}\n" for key, value in shared.items())
-    names = (*sweep.axes, *sweep.columns)
+    text.writelines(f"# {key} = {json.dumps(value)}\n" for key, value in _shared(sweep).items())
+    columns = _titled(sweep)
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(sweep.title(name) for name in names)
-    writer.writerows(zip(*(sweep[name].ravel().tolist() for name in names), strict=True))
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
     return text.getvalue()
+
+
+def sweep_record(sweep: Sweep) -> dict[str, Any]:
+    """Return a sweep as plain data with units in the keys: what all points share, and the points."""
+    columns = _titled(sweep)
+    points = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    return _shared(sweep) | {"summary": sweep.summary(), "points": points}
+
+
+def _shared(sweep: Sweep) -> dict[str, Any]:
+    shared = {"asked": sweep.asked, **{sweep.title(k): v for k, v in sweep.fixed.items()}, **sweep.options}
+    return shared if sweep.rod is None else shared | Units.of(sweep.rod).rod(sweep.rod)
+
+
+def _titled(sweep: Sweep) -> dict[str, list[Any]]:
+    return {sweep.title(name): sweep[name].ravel().tolist() for name in (*sweep.axes, *sweep.columns)}
 
 
 def as_dataset(sweep: Sweep) -> Any:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import zlib
 from pathlib import Path
 from types import TracebackType
@@ -22,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from .errors import InvalidInput
-from .files import require_schema
+from .files import as_path, require_schema
 from .sweep_answers import NUMBERS, TEXTS, Answers
 from .sweep_plan import Plan
 
@@ -51,7 +52,9 @@ class Journal:
     """
 
     def __init__(self, path: str | Path, plan: Plan) -> None:
-        self.path = Path(path)
+        if not isinstance(path, str | Path):
+            raise InvalidInput(f"journal must be the path of a file, got {path!r}.")
+        self.path = as_path(path)
         self.done: dict[int, Answers] = {}
         self._plan = plan
         try:
@@ -60,6 +63,7 @@ class Journal:
             reason = getattr(error, "strerror", None) or error
             raise InvalidInput(f"cannot open the journal {str(self.path)!r}: {reason}.") from error
         try:
+            self._require_file()
             self._lock()
             self._read()
         except BaseException:
@@ -112,6 +116,12 @@ class Journal:
                 f"cannot write the journal {str(self.path)!r}: {error.strerror}.",
                 remedy="Make room and start the sweep again: what it holds is kept.",
             ) from error
+
+    def _require_file(self) -> None:
+        if not stat.S_ISREG(os.fstat(self._file).st_mode):
+            raise InvalidInput(
+                f"the journal {str(self.path)!r} is not a regular file.", remedy="Name another file."
+            )
 
     def _lock(self) -> None:
         try:
@@ -195,5 +205,8 @@ def _record(line: bytes) -> dict[str, Any] | None:
     checksum, _, text = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
         return None
-    record = json.loads(text)
+    try:
+        record = json.loads(text)
+    except (RecursionError, ValueError):  # with the right checksum: not by accident
+        return None
     return record if isinstance(record, dict) else None

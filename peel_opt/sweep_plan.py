@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import reprlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +23,7 @@ from .checks import positive
 from .cohesion import CohesiveLaw
 from .detachment import STATES
 from .errors import InvalidInput
-from .rod import Rod
+from .rod import MATERIAL, Rod
 from .storage import Units
 from .transcription.base import Transcription
 
@@ -30,10 +31,9 @@ from .transcription.base import Transcription
 #: and one walk along the branch.
 CHUNK = 100
 
-#: More would not fit into memory as results.
-MOST_POINTS = 10_000_000
+#: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
+MOST_POINTS = 5_000_000
 
-MATERIAL = ("bending_stiffness", "adhesion_strength", "adhesion_range")
 GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
 GROUPS = ("beta0", "beta1", "lam")
 NAMES = (*MATERIAL, "ratio", *GIVEN, *GROUPS)
@@ -117,9 +117,11 @@ class Plan:
         """
         if not isinstance(axes, Mapping) or not axes:
             raise InvalidInput(
-                f"axes must be a table of names and values, got {axes!r}.",
+                f"axes must be a table of names and values, got {reprlib.repr(axes)}.",
                 remedy="For instance {'ratio': [0.5, 1.0], 'pressure_ratio': [0.4, 0.6, 0.8]}.",
             )
+        if not isinstance(rod, Rod | None):
+            raise InvalidInput(f"rod must be a Rod, got {reprlib.repr(rod)}.")
         arrays = {str(name): _values(str(name), values) for name, values in axes.items()}
         varied = {name: values for name, values in arrays.items() if values.ndim}
         fixed = {name: float(values) for name, values in arrays.items() if not values.ndim}
@@ -160,11 +162,11 @@ class Plan:
 
     @property
     def units(self) -> Units | None:
-        """Units of pressures and lengths; None where the sweep has ratios or groups only."""
+        """Units of what has any, those of the rod the points start from; None with ratios or groups only."""
         names = {*self.axes, *self.fixed}
         if names & {"ratio", "beta0"}:
             return None
-        own = self.rod is not None and not names & {"bending_stiffness", "adhesion_strength"}
+        own = self.rod is not None and not names >= set(MATERIAL)
         return Units.of(self.rod if own else Rod(2.0, 2.0, 2.0))  # any rod with units
 
     @cached_property
@@ -235,9 +237,16 @@ def _values(name: str, values: Any) -> np.ndarray:
         meant = f"Did you mean {near[0]!r}?" if near else f"Known are {', '.join(NAMES)}."
         raise InvalidInput(f"a sweep has no axis {name!r}.", remedy=meant)
     try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(f"the axis {name!r} must hold numbers, got {values!r}.") from error
+        # A masked number is one that is not there.
+        given = values.filled(np.nan) if isinstance(values, np.ma.MaskedArray) else np.array(values)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise InvalidInput(f"the axis {name!r} must be a number or a row of them: {error}.") from error
+    if given.dtype.kind not in "iuf" and given.size:
+        raise InvalidInput(
+            f"the axis {name!r} must hold numbers, got {reprlib.repr(values)}.",
+            remedy="SI units are meant; units are read on the command line.",
+        )
+    array = given.astype(np.float64)
     if array.ndim > 1 or not array.size:
         raise InvalidInput(f"the axis {name!r} must be a number or a row of them, got shape {array.shape}.")
     if not np.isfinite(array).all():
@@ -268,3 +277,10 @@ def _check_question(names: set[str], rod: Rod | None) -> None:
         raise InvalidInput(
             f"the rod lacks {' and '.join(missing)}.", remedy="Give them, or a rod, or ratio alone."
         )
+
+
+def unit_of(name: str, units: Units) -> str:
+    """Return the unit of a number by its name, empty if it has none."""
+    named = {"pressure": units.pressure, "length": units.length}
+    named |= zip(MATERIAL, (units.stiffness, units.pressure, units.length), strict=True)
+    return named.get(name, "")

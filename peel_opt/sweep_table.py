@@ -14,7 +14,7 @@ from .errors import InvalidInput
 from .rod import Rod
 from .storage import Units
 from .sweep_answers import NUMBERS, TEXTS
-from .sweep_plan import ASKED, MATERIAL
+from .sweep_plan import ASKED, unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,13 +124,7 @@ class Sweep:
         units = self.units
         if name == "nearest":
             return self.unit(_given(self))
-        if units is None:
-            return ""
-        return {
-            "pressure": units.pressure,
-            "length": units.length,
-            **dict(zip(MATERIAL, (units.stiffness, units.pressure, units.length), strict=True)),
-        }.get(name, "")
+        return "" if units is None else unit_of(name, units)
 
     def title(self, name: str) -> str:
         """Return the name of a column with its unit."""
@@ -212,4 +206,6 @@ def _given(sweep: Sweep) -> str:
 
 def _span(values: Iterable[float]) -> str:
     array = np.asarray(values)
+    if len(array) == 1:
+        return f"= {array[0]:.6g}, the only value"
     return f"{array.min():.6g} to {array.max():.6g}, {len(array)} values"

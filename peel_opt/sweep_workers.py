@@ -25,6 +25,9 @@ from .sweep_plan import Task
 #: then be left for processes, which take a second or two to start, to be worth it.
 ALONE, WORTHWHILE = 1.0, 4.0
 
+#: More processes than this are a slip of the pen.
+MOST_WORKERS = 1000
+
 #: How often in a row workers may die without finishing a single chunk.
 MOST_LOSSES = 3
 
@@ -81,9 +84,12 @@ def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
 def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[Answers]:
     """Submit all to an executor of the caller's, which stays open."""
     futures: list[Future[Answers]] = []
-    lost = None
+    lost: Exception | None = None
     try:
-        futures += [executor.submit(answer_chunk, task) for task in tasks]
+        try:
+            futures.extend(executor.submit(answer_chunk, task) for task in tasks)
+        except Exception as error:
+            lost = error  # what it did take may yet be finished
         for future in as_completed(futures):
             try:
                 answers = future.result()
@@ -95,8 +101,11 @@ def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[Answers]
         for future in futures:
             future.cancel()
     if lost is not None:
-        reason = " ".join(str(lost).split())
-        raise WorkersLost(f"the executor failed: {type(lost).__name__}: {reason}", remedy=REMEDY) from lost
+        reason = " ".join(str(lost).split()).rstrip(".")
+        raise WorkersLost(
+            f"the executor failed: {type(lost).__name__}{reason and ': '}{reason}.",
+            remedy="What is finished stands in the journal, if there is one: the same call goes on.",
+        ) from lost
 
 
 def _by_pool(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:

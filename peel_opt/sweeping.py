@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .answer import Method
+from .checks import whole
 from .cohesion import CohesiveLaw
 from .errors import InvalidInput, WorkersLost
 from .rod import Rod
@@ -19,7 +20,7 @@ from .sweep_answers import NUMBERS, TEXTS, Answers
 from .sweep_journal import Journal
 from .sweep_plan import Options, Plan
 from .sweep_table import Sweep
-from .sweep_workers import computed
+from .sweep_workers import MOST_WORKERS, computed
 from .transcription.base import Transcription
 
 
@@ -90,8 +91,12 @@ def sweep(
     ['no-equilibrium', 'certified']
     """
     plan = Plan.of(axes, rod, zipped, Options(law, state, tol, method))
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise InvalidInput(f"workers must be a whole number of at least 1, got {workers!r}.")
+    workers = None if workers is None else whole("workers", workers, 1, MOST_WORKERS)
+    if not isinstance(executor, Executor | None):
+        raise InvalidInput(
+            f"executor must be a concurrent.futures.Executor, got a {type(executor).__name__}.",
+            remedy="That of a dask client is client.get_executor().",
+        )
     if executor is not None and workers is not None:
         raise InvalidInput("give either an executor or a number of workers, and not both.")
     with nullcontext() if journal is None else Journal(journal, plan) as kept:
@@ -115,25 +120,25 @@ def _require_alike(alike: set[str], same_bits: bool, journal: str | Path | None)
     if same_bits and len(alike) > 1:
         where = "the workers" if journal is None else f"the workers, now and of the journal {str(journal)!r},"
         raise WorkersLost(
-            f"{where} do not round alike: their libraries, processors or BLAS threads differ.",
-            remedy="Set OMP_NUM_THREADS=1 before Python starts, everywhere, and use the same versions;"
-            " or pass same_bits=False and accept differences in the last bit.",
+            f"{where} do not round alike: their libraries or processors differ.",
+            remedy="Use the same versions on machines of one make, or pass same_bits=False and accept"
+            " differences in the last bit.",
         )
 
 
 def _assembled(plan: Plan, done: Mapping[int, Answers], arithmetic: str) -> Sweep:
     """Put the answers of all chunks in their places."""
-    order = np.concatenate(plan.chunks)
-    place = np.argsort(order)
-    answers = [done[number] for number in range(len(plan.chunks))]
-    numbers = np.concatenate([a.numbers for a in answers])[place]
-    texts = [row for a in answers for row in a.texts]
-    values: dict[str, np.ndarray] = {
-        name: numbers[:, i].reshape(plan.shape).copy() for i, name in enumerate(NUMBERS)
-    }
-    values |= {
-        name: np.array([row[i] for row in texts])[place].reshape(plan.shape) for i, name in enumerate(TEXTS)
-    }
+    values = {name: np.empty(len(plan)) for name in NUMBERS}
+    for i, name in enumerate(TEXTS):
+        longest = max(len(row[i]) for answers in done.values() for row in answers.texts)
+        values[name] = np.empty(len(plan), dtype=f"<U{max(longest, 1)}")
+    # Chunk by chunk: in between, no column of a large sweep is in memory twice.
+    for number, points in enumerate(plan.chunks):
+        answers = done[number]
+        for name, numbers in zip(NUMBERS, answers.numbers.T, strict=True):
+            values[name][points] = numbers
+        for name, texts in zip(TEXTS, zip(*answers.texts, strict=True), strict=True):
+            values[name][points] = texts
     return Sweep(
         axes=plan.axes,
         fixed=plan.fixed,
@@ -143,7 +148,7 @@ def _assembled(plan: Plan, done: Mapping[int, Answers], arithmetic: str) -> Swee
         units=plan.units,
         options=plan.options.record(),
         arithmetic=arithmetic,
-        values=values,
+        values={name: column.reshape(plan.shape) for name, column in values.items()},
     )
 
 

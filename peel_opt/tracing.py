@@ -15,14 +15,14 @@ from .assembly import HOLDS, Part, assemble, closure_for, describe
 from .batches import filled, point_errors
 from .branch import Branch
 from .branch_parts import Trivial
-from .checks import finite, non_negative, positive
+from .checks import finite, known_beta0, positive, whole
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, Point, StepControl, arclength_between
 from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
 from .primary import PrimaryBranch
-from .rod import Rod
+from .rod import Rod, require_rod
 from .specials import RANGE, locate
 from .transcription import Spectral
 from .transcription.base import Transcription
@@ -35,6 +35,9 @@ SHARE = (0.01, 0.3)
 
 #: Steps of the walk; the points between are filled in.
 WALK = StepControl(first=0.05, largest=0.25)
+
+#: What is neither tried nor of use beyond; the straight rod is searched for as many branch points.
+MOST_MODES, MOST_POINTS = 99, 100_000
 
 
 def trace(
@@ -58,15 +61,15 @@ def trace(
         plate; under the linear law, which for eta/y0 > 0.4319 has no end, until p < 0.
         Either this or ``beta0``.
     beta0 : float, optional
-        Trace the branch through T at this beta0 >= 0 in both directions; the straight rod is
-        beside it as ``trivial``.
+        Trace the branch through T at this beta0, 0 or from 1e-12 to 1e12, in both directions; the
+        straight rod is beside it as ``trivial``.
     lam : tuple of float
         Window of lambda for ``beta0``: the branch is followed until it leaves the window for
         good, and ends on its border exactly.
     law : str or CohesiveLaw, optional
         Default: law (8) for a rod, the linear law at fixed beta0.
     mode : int
-        2, 3, ... for the branches from beta1 = (mode pi)^4.
+        2, 3, ... up to 99 for the branches from beta1 = (mode pi)^4.
     points : int
         Least number of points; curved parts and special points add some.
     at : dict, optional
@@ -84,7 +87,9 @@ def trace(
     Raises
     ------
     InvalidInput
-        If the arguments do not say what to trace.
+        If the arguments do not say what to trace, or the branch does not enter the window.
+    OutOfRange
+        For a ``beta0`` outside its range.
     NotConverged
         If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
 
@@ -98,16 +103,14 @@ def trace(
     if (rod is None) == (beta0 is None):
         raise InvalidInput("give either a rod or beta0 to trace.")
     chosen = _law(law, rod)
-    if not isinstance(mode, int) or mode < 1:
-        raise InvalidInput(f"mode must be a whole number of at least 1, got {mode!r}.")
-    if not isinstance(points, int) or points < 2:
-        raise InvalidInput(f"points must be a whole number of at least 2, got {points!r}.")
+    mode = whole("mode", mode, 1, MOST_MODES)
+    points = whole("points", points, 2, MOST_POINTS)
     tol = positive("tol", tol)
     window = _window(lam)
     if rod is not None:
-        closure, sides = Closure("ratio", rod.ratio), [1]
+        closure, sides = Closure("ratio", require_rod(rod).ratio), [1]
     else:
-        closure, sides = Closure("length", math.cbrt(non_negative("beta0", beta0))), [-1, 1]
+        closure, sides = Closure("length", math.cbrt(known_beta0(beta0))), [-1, 1]
         if closure.value == 0.0 and chosen is not LINEAR:
             raise InvalidInput(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
@@ -132,11 +135,18 @@ def trace(
         seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
         if any(errors.gains_by_refinement(share * tol) for errors in seen) and mesh is not meshes[-1]:
             continue
-        inside = [_inside(w, window if rod is None else None) for w in walks]
-        length = sum(part[-1].arclength for part, _ in inside)
+        inside = [(w, *_inside(w, window if rod is None else None)) for w in walks]
+        inside = [entered for entered in inside if entered[1]]
+        if not inside:
+            raise InvalidInput(
+                f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
+                f" lambda from {(mode**4 - 1) * PI4:.6g}, where it begins.",
+                remedy="Give lam= a window that holds its beginning.",
+            )
+        length = sum(part[-1].arclength for _, part, _ in inside)
         parts = [
             _finished(w, filled(w.family, part, length / (points - 1)), ended, at or {})
-            for w, (part, ended) in zip(walks, inside, strict=True)
+            for w, part, ended in inside
         ]
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
@@ -162,7 +172,7 @@ def _law(law: str | CohesiveLaw | None, rod: Rod | None) -> CohesiveLaw:
         "cohesive": COHESIVE,
         "auto": COHESIVE,
     }
-    if law not in named:
+    if not (law is None or isinstance(law, str)) or law not in named:
         raise InvalidInput(f"unknown law {law!r}.", remedy="Choose linear, cohesive, or pass a CohesiveLaw.")
     return named[law]
 
@@ -170,7 +180,7 @@ def _law(law: str | CohesiveLaw | None, rod: Rod | None) -> CohesiveLaw:
 def _window(lam: tuple[float, float]) -> tuple[float, float]:
     try:
         low, high = (finite("lam", v) for v in lam)
-    except (TypeError, ValueError) as error:
+    except (OverflowError, TypeError, ValueError) as error:
         raise InvalidInput(f"lam must be two numbers, the window of lambda, got {lam!r}.") from error
     if not -PI4 <= low < high:
         raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
@@ -185,13 +195,13 @@ def _past_zero(law: CohesiveLaw, last: Point) -> bool:
 def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:
     """Whether a walk is past the upper border, or past the lower one with no fold left to turn at."""
     low, high = window
-    lam = last.scalars.lam
     if len(walk.points) < 2:
         return False
+    before, lam = walk.points[-2].scalars.lam, last.scalars.lam
     if lam > high:
-        return True
+        return lam > before  # what begins above the window may come down to it
     # Without a fold the branch runs on to lambda = -pi^4, which it approaches but never meets.
-    return lam < -0.999 * PI4 or (bool(walk.folds) and lam < low)
+    return lam < -0.999 * PI4 or (bool(walk.folds) and lam < min(low, before))
 
 
 def _inside(walk: PrimaryBranch, window: tuple[float, float] | None) -> tuple[list[Point], str]:
@@ -224,12 +234,16 @@ def _finished(walk: PrimaryBranch, points: list[Point], ended: str, at: dict[str
 
 
 def _cut(family: Family, points: list[Point], window: tuple[float, float]) -> tuple[list[Point], bool]:
-    """End the points exactly where they leave the window for good."""
+    """End the points exactly where they leave the window for good; none if they never enter it."""
     low, high = window
-    inside = [i for i, p in enumerate(points) if low <= p.scalars.lam <= high]
-    last = max(inside)
-    if last + 1 == len(points):
+    lam = [p.scalars.lam for p in points]
+    if low <= lam[-1] <= high:
         return points, False
+    # A step may enter and leave: what counts is the span between two points.
+    crossing = [i for i, (a, b) in enumerate(pairwise(lam)) if min(a, b) <= high and max(a, b) >= low]
+    if not crossing:
+        return [], True
+    last = crossing[-1]
     border = high if points[last + 1].scalars.lam > high else low
     landed = landings(family, points[last : last + 2], "lam", border)
     return points[: last + 1] + landed, True
@@ -257,7 +271,7 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
 def _trivial(closure: Closure, window: tuple[float, float], points: int) -> Trivial:
     """The straight rod over a window of lambda, with its branch points (18)."""
     low, high = window
-    modes = [n for n in range(1, 100) if low <= (n**4 - 1) * PI4 <= high]
+    modes = [n for n in range(1, MOST_MODES + 1) if low <= (n**4 - 1) * PI4 <= high]
     lam = np.unique([*np.linspace(low, high, points), *((n**4 - 1) * PI4 for n in modes)])
     specials = []
     for n in modes:

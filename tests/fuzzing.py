@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -46,11 +47,12 @@ def typed(call: Callable[[], object]) -> Any:
     try:
         return call()
     except PeelOptError as error:
-        text = str(error)
-        assert text.strip(), type(error)
-        assert "\n" not in text, text
-        assert len(text) < 2000, text
-        return error
+        found = error
+    text = str(found)
+    assert text.strip(), type(found)
+    assert "\n" not in text, text
+    assert len(text) < 2000, text
+    return found
 
 
 def command(arguments: list[str]) -> tuple[int, str, str]:
@@ -75,25 +77,75 @@ def command(arguments: list[str]) -> tuple[int, str, str]:
 
 #: Numbers that nobody means, and some that somebody might.
 NUMBERS = st.sampled_from(
-    [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, 1e-300, 1e300, -1e300, 5e-324, 1.7e308, 1e-12, 1e12]
-    + [float("nan"), float("inf"), float("-inf")]
+    [0.0, -0.0, 1.0, -1.0, 0.5, 2.0, 1e-300, 1e300, -1e300, 5e-324, 1e-12, 1e12, math.nan, math.inf]
 ) | st.floats(allow_nan=True, allow_infinity=True)
 
 #: Values that are no numbers at all, or numbers in disguise.
-WILD = NUMBERS | st.sampled_from(
-    [None, True, False, "", "1", "1.9 mm", "nan", b"1", 10**400, -(10**400), 1 + 2j, (), [], {}, object()]
-    + [np.float32(0.5), np.float64("nan"), np.int64(2), np.bool_(True)]
-    + [np.zeros(0), np.ones(2), np.array([1.0]), np.array(0.7), np.array([{}], dtype=object)]
+WILD = st.one_of(
+    NUMBERS,
+    st.sampled_from([None, True, "", "1", "1.9 mm", "nan", b"1", 10**400, 1 + 2j, (), [], {}, object()]),
+    st.sampled_from([np.float32(0.5), np.float64("nan"), np.int64(2), np.bool_(True), np.array(0.7)]),
+    st.sampled_from([np.zeros(0), np.ones(2), np.array([1.0]), np.array([{}], dtype=object)]),
 )
 
 #: Texts as they stand in cards, tables and argument lists, and as they should not.
 NUMERALS = st.sampled_from(
-    ["0", "1", "-1", "0.5", "1e-300", "1e300", "1e400", "nan", "inf", "-inf", "1_000", "1,5", "٣", "0x1p3"]
-    + ["1e-12", "3.1", "0.8", "4", "--", "+-", ".", "1e", "1e99999999"]
+    [
+        "0",
+        "1",
+        "-1",
+        "0.5",
+        "1e-300",
+        "1e300",
+        "1e400",
+        "nan",
+        "inf",
+        "-inf",
+        "1_000",
+        "1,5",
+        "٣",
+        "0x1p3",
+        "1e-12",
+        "3.1",
+        "0.8",
+        "4",
+        "--",
+        "+-",
+        ".",
+        "1e",
+        "1e99999999",
+    ]
 )
 UNITS = st.sampled_from(
-    ["", "m", "mm", "Pa", "kPa", "N m", "uN m", "J/m^2", "eta", "y0", "T0", "%", "degC", "dB", "m**9", "eV"]
-    + ["m^-9", "/0 m", "/25 mm", "m/m", "K", "delta_degC", "µm", "_", "m²", "N/ m", "rad", "pH", "bit"]
+    [
+        "",
+        "m",
+        "mm",
+        "Pa",
+        "kPa",
+        "N m",
+        "uN m",
+        "J/m^2",
+        "eta",
+        "y0",
+        "T0",
+        "%",
+        "degC",
+        "dB",
+        "m**9",
+        "eV",
+        "m^-9",
+        "/0 m",
+        "/25 mm",
+        "m/m",
+        "K",
+        "delta_degC",
+        "µm",
+        "_",
+        "m²",
+        "N/ m",
+        "pH",
+    ]
 )
 QUANTITIES = st.builds("{0} {1}".format, NUMERALS, UNITS)
 TEXTS = QUANTITIES | NUMERALS | UNITS | st.text(max_size=12)

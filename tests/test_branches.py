@@ -414,3 +414,18 @@ def test_states_at_random_groups_are_those_of_the_independent_solver(seed: int) 
 def test_searches_that_cannot_be_meant(arguments: dict) -> None:
     with pytest.raises(po.InvalidInput):
         po.equilibria(**arguments)
+
+
+@pytest.mark.parametrize("ratio", [0.32107, 0.322, 0.3235])
+def test_two_folds_between_two_points_of_the_walk_are_found(ratio: float) -> None:
+    # Just above the cusp at 0.32105 the folds in length lie closer together than any step.
+    branch = po.trace(po.Rod.from_ratio(ratio), points=20)
+    least, greatest = (p for p in branch.special("LP-length") if p.pressure_ratio < 0.7)
+    assert least.length_ratio < greatest.length_ratio
+    assert least.status == greatest.status == "located"
+    assert set(branch.state) == {"middle", "lower", "folded"}
+    between = 0.5 * (least.length_ratio + greatest.length_ratio)
+    before = np.arange(len(branch)) <= branch.special("LP-pressure")[0].index
+    assert np.count_nonzero(np.diff(np.sign(branch.sigma[before] - between))) == 3
+    states = po.equilibria(po.Rod.from_ratio(ratio), length=between)
+    assert sum(eq.state in ("middle", "lower") for eq in states) == 3

@@ -1,5 +1,6 @@
 """The command line as its users meet it."""
 
+import argparse
 import csv
 import json
 import os
@@ -7,10 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from peel_opt import Equilibrium, __version__
+from peel_opt import Equilibrium, __version__, cli
 from peel_opt.cli import main
+from peel_opt.method_scan import METHODS
 from peel_opt.report import slug
 
 ROOT = Path(__file__).parents[1]
@@ -201,6 +204,7 @@ def test_names_of_files_are_safe(text, name):
         (["run", AORTA, "--method", "magic"], "magic"),
         (["run", "nowhere.toml"], "No such file"),
         (["run", AORTA, str(ROOT)], "directory"),
+        (["run", str(ROOT / "problems" / "calibrate_flap.toml"), "--tol", "1e-6"], "neither --method nor"),
     ],
 )
 def test_wrong_input_is_one_line_and_code_2(call, arguments, words):
@@ -245,6 +249,58 @@ def test_help_and_version_import_nothing_heavy():
     result = process("-c", code)
     assert result.returncode == 0, result.stderr
     assert __version__.encode() in result.stdout
+
+
+def test_every_command_speaks_alike():
+    (commands,) = (a for a in cli._parser()._actions if isinstance(a, argparse._SubParsersAction))
+    shared = {}
+    for name, parser in commands.choices.items():
+        options = {text: a.help for a in parser._actions for text in a.option_strings}
+        assert all(options.values()), name
+        assert f"peel-opt {name}" in cli.EPILOG
+        if name not in ("explore", "figures"):
+            assert {"--json", "--out", "--no-plot"} <= set(options), name
+        for option in ("--law", "--state", "--method", "--json", "--no-plot", "--card"):
+            if option in options:
+                assert shared.setdefault(option, options[option]) == options[option], name
+    assert all(method in shared["--method"] for method in METHODS)
+
+
+@pytest.mark.parametrize("lam", ["-0.1:1:2", "-0.1,1"])
+def test_a_range_may_begin_with_a_minus(call, lam):
+    code, out, _ = call("sweep", "--beta0", "4", "--lam", lam, "--json")
+    points = json.loads(out)["points"]
+    assert (code, [point["lam"] for point in points]) == (0, [-0.1, 1.0])
+    assert points[1]["alpha1"] == pytest.approx(-4.4354069891, abs=1e-9)
+
+
+def test_the_commands_over_many_rods_print_nothing_but_their_result(call, tmp_path):
+    asked = ("--pressure", "0.7 T0,0.8 T0", "--card", AORTA, "--out", tmp_path, "--json")
+    code, out, err = call("sweep", *asked)
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert document["summary"] == "2 of 2 points certified"
+    assert document["points"][0]["length [m]"] > 1e-3
+    assert document["adhesion_strength [Pa]"] == 140.1e3
+    spread = ("--pressure", "0.7 T0 +- 1 %", "--card", AORTA, "--samples", "4", "--out", tmp_path, "--json")
+    code, out, err = call("uncertainty", *spread)
+    assert (code, err) == (0, "")
+    assert json.loads(out)["results"][0]["sampled"]["samples"] == 8
+    assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".npz", ".png", ".journal"}
+
+
+def test_where_no_sample_has_an_answer_the_code_says_so(call, monkeypatch):
+    from peel_opt import propagation
+
+    def none(rod, drawn, *_):
+        count = len(drawn.inputs)
+        return np.full(count, np.nan), np.full(count, "no-equilibrium"), 0.0
+
+    monkeypatch.setattr(propagation, "_answers", none)
+    spread = ("--pressure", "0.7 T0 +- 1 %", "--card", AORTA, "--samples", "4")
+    code, out, err = call("uncertainty", *spread)
+    assert (code, err) == (1, "peel-opt: no sample has an answer\n")
+    assert "100 % of 8 samples have no answer (8 no-equilibrium)" in out
 
 
 def test_a_plain_terminal_gets_its_table(mixed):

@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,7 @@ def test_without_pictures_there_is_none(capsys, tmp_path):
         (("--beta0", "4", "--lam", "0", "1"), 2, "does not hold the loop"),
         (("--beta0", "4", "--points", "1"), 2, "points must be"),
         (("--beta0", "4", "--form", "own"), 2, "invalid choice"),
+        (("--beta0", "4", "--form", "paper", "--tol", "1e-6"), 2, "--tol is about solved states"),
         (("--beta0", "40"), 1, "no fold in lambda"),
     ],
 )
@@ -112,6 +114,18 @@ def test_what_cannot_be_swept_is_said(arguments, code, words, capsys):
     found, out, err = asked(capsys, *arguments)
     assert (found, out) == (code, "")
     assert words in err
+
+
+def test_a_branch_that_stalls_is_not_a_whole_one(capsys, monkeypatch):
+    from peel_opt import tracing
+
+    branch = tracing.trace(beta0=4.0, lam=(-1.0, 1.0), points=8)
+    for ended, code in (("window", 0), ("stalled", 1)):
+        monkeypatch.setattr(tracing, "trace", lambda ended=ended, **_: replace(branch, ended=ended))
+        assert main(["trace", "--beta0", "4"]) == code
+        out, err = capsys.readouterr()
+        assert f"ended: {ended}" in out
+        assert ("goes on" in err) == bool(code)
 
 
 def test_python_dash_m_is_the_command_line():

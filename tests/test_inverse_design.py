@@ -90,6 +90,17 @@ def test_two_stiffnesses_share_a_length() -> None:
     assert rods[0].bending_stiffness < 4.2522e-6 < rods[1].bending_stiffness
 
 
+def test_both_sides_are_seen_within_bounds_of_many_decades() -> None:
+    """One of the two lies beside the end of its state, where the pressure turns steeply."""
+    target = po.Target("pressure", equal="60 kPa", length="1.9 mm")
+    found = po.design(ROD, free="adhesion_strength", targets=target)
+    strengths = [rod.adhesion_strength for rod in (found.rod, *found.others)]
+    assert strengths == pytest.approx([101621.18, 231170.69], rel=1e-6)  # the nearest to 140 kPa first
+    for strength in strengths:
+        rod = replace(ROD, adhesion_strength=strength)
+        assert po.pressure_given_length(rod, 1.9e-3).pressure == pytest.approx(60e3, rel=1e-6)
+
+
 # ---------------------------------------------------------------------------------- optima
 
 
@@ -107,6 +118,28 @@ def test_thinnest_film_for_a_flaw() -> None:
     again = po.design(FILM, free={"thickness": ("0.75 mm", "5 mm")}, targets=more, minimise="thickness")
     rate = math.log(again.free["thickness"] / found.free["thickness"]) / math.log(1.01)
     assert found.elasticities[target.label] == pytest.approx(rate, rel=1e-2)
+
+
+def test_both_bounds_of_one_number() -> None:
+    """ "At least" and "at most" share a label: what binds keeps its elasticity."""
+    targets = [
+        po.Target("readhesion_pressure", at_least="20 kPa"),
+        po.Target("readhesion_pressure", at_most="30 kPa"),
+    ]
+    free = {"adhesion_range": (5e-4, 1e-3)}
+    found = po.design(ROD, free=free, targets=targets, minimise="adhesion_range")
+    forward = po.sensitivities(found.rod, "readhesion_pressure").elasticities["adhesion_range"]
+    assert found.elasticities == {"readhesion_pressure": pytest.approx(1.0 / forward, rel=1e-5)}
+    assert repr(found).count(", d log") == 1
+
+
+def test_targets_that_exclude_each_other() -> None:
+    targets = [
+        po.Target("readhesion_pressure", at_least="30 kPa"),
+        po.Target("readhesion_pressure", at_most="20 kPa"),
+    ]
+    with pytest.raises(po.Infeasible, match="exclude each other"):
+        po.design(ROD, free="bending_stiffness", targets=targets, minimise="bending_stiffness")
 
 
 @pytest.mark.slow
@@ -242,6 +275,14 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
         lambda: po.design({"bending_stiffness": 1e-5}, free="bending_stiffness", targets=LENGTH),
     ),
     ("poisson_ratio must", lambda: material({**FILM, "poisson_ratio": 0.6}, {"thickness": (1e-4, 1e-3)})),
+    ("free must be names", lambda: po.design(ROD, free=None, targets=LENGTH)),  # type: ignore[arg-type]
+    ("must be a Rod", lambda: po.design(None, free="thickness", targets=LENGTH)),  # type: ignore[arg-type]
+    ("one Target", lambda: po.design(ROD, free="bending_stiffness", targets=None)),  # type: ignore[arg-type]
+    ("tol must lie", lambda: po.design(ROD, free="bending_stiffness", targets=LENGTH, tol=1e-15)),
+    (
+        "in the same sense",
+        lambda: po.design(ROD, free=("bending_stiffness", "adhesion_range"), targets=[LENGTH, LENGTH]),
+    ),
     ("needs a unit", lambda: po.Target("maxwell_length", equal="2")),
     ("unknown target", lambda: po.Target("strength", equal="2 Pa")),
     ("needs one of equal", lambda: po.Target("maxwell_length")),

@@ -51,7 +51,7 @@ def oracle_gradient(
 
 #: r, P, state: one and two phases, folded, beside a fold, a stiff rod.
 STATES = (
-    (1.0, 0.2493, None, "length"),
+    pytest.param(1.0, 0.2493, None, "length", marks=pytest.mark.slow),
     (1.0, 0.1243, None, "pressure"),
     (0.75, 0.2, "folded", "length"),
     (10.0, 0.04488, None, "pressure"),
@@ -214,7 +214,30 @@ def test_limits_that_do_not_exist() -> None:
         assert caught.value.nearest > ratio
 
 
+def test_folds_that_the_walk_cannot_tell_apart() -> None:
+    with pytest.raises(po.NotConverged, match="above the cusp"):
+        po.sensitivities(po.Rod.from_ratio(0.3210501), "least_length")
+
+
+@pytest.mark.parametrize("of", ["least_length", "longest_length"])
+def test_folds_close_to_the_cusp(of: str) -> None:
+    # sbar/eta is a function of the ratio alone: y0 moves only that.
+    rod, h = po.Rod.from_ratio(0.322), 1e-5
+    up, down = (po.sensitivities(po.Rod.from_ratio(0.322 * (1.0 + d)), of).value for d in (h, -h))
+    found = po.sensitivities(rod, of)
+    by_ratio = (up - down) / (2.0 * h)
+    assert found["adhesion_range"] * rod.adhesion_range == pytest.approx(-by_ratio, rel=1e-4)
+
+
+def test_beside_the_end_of_the_maxwell_curve() -> None:
+    with pytest.raises(po.NotConverged, match="too close to the end"):
+        po.sensitivities(po.Rod.from_ratio(0.4992), "maxwell_length")
+
+
 def test_what_is_refused() -> None:
+    nothing = po.length_given_pressure(ROD, 2e4, throw=False)
+    with pytest.raises(po.InvalidInput, match="no equilibrium to differentiate"):
+        po.sensitivities(nothing)
     eq = po.pressure_given_length(ROD, 1.9e-3)
     with pytest.raises(po.InvalidInput, match="no discrete solution"):
         po.sensitivities(pickle.loads(pickle.dumps(eq)))

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from multiprocessing import active_children
@@ -21,7 +22,6 @@ import pytest
 import peel_opt as po
 from peel_opt import sweep_plan, sweep_workers
 from peel_opt.sweep_answers import NUMBERS, TEXTS, Answers
-from peel_opt.sweep_workers import cores
 
 #: Some points by series, some by a walk under law (8), some without an answer.
 GRID = {"ratio": np.geomspace(0.3, 20.0, 6), "pressure_ratio": np.linspace(0.2, 0.95, 7)}
@@ -111,6 +111,16 @@ def test_si_numbers_groups_and_lists() -> None:
     assert by_beta1["nearest"][0] == pytest.approx(groups["nearest"][0] + math.pi**4, rel=1e-9)
 
 
+def test_numbers_of_a_rod_known_by_its_ratio_are_in_its_own_units() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    found = po.sweep({"bending_stiffness": [1.0, 2.0], "pressure": 0.8}, rod=rod)
+    units = [found.unit(name) for name in ("bending_stiffness", "pressure", "length")]
+    assert units == ["T0 eta^3", "T0", "eta"]
+    assert found["length"][1] == po.length_given_pressure(po.Rod(2.0, 1.0, 1.0), 0.8).length
+    material = {"bending_stiffness": [2.3e-5], "adhesion_strength": 140e3, "adhesion_range": 0.73e-3}
+    assert po.sweep(material | {"pressure": 1e5}, rod=rod).unit("length") == "m"
+
+
 def test_given_ratio_of_an_si_rod_keeps_its_terms() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
     found = po.sweep({"pressure_ratio": [0.1, 0.5]}, rod=rod)
@@ -128,6 +138,14 @@ def test_given_ratio_of_an_si_rod_keeps_its_terms() -> None:
         ({"ratio": [1.0], "pressure": [0.5]}, {}, "takes no other numbers"),
         ({"ratio": [1.0, np.nan], "pressure_ratio": [0.5]}, {}, "finite"),
         ({"ratio": [[1.0]], "pressure_ratio": [0.5]}, {}, "a row of them"),
+        ({"ratio": ["1.0", "2.0"], "pressure_ratio": [0.5]}, {}, "must hold numbers"),
+        ({"ratio": [True, False], "pressure_ratio": [0.5]}, {}, "must hold numbers"),
+        ({"ratio": [10**400], "pressure_ratio": [0.5]}, {}, "must hold numbers"),
+        ({"ratio": np.ma.masked_invalid([1.0, np.nan]), "pressure_ratio": [0.5]}, {}, "finite"),
+        ({"ratio": [[1.0], [1.0, 2.0]], "pressure_ratio": [0.5]}, {}, "a row of them"),
+        ({"pressure": [1.0]}, {"rod": "rod"}, "must be a Rod"),
+        (GRID, {"executor": "dask"}, "get_executor"),
+        (GRID, {"journal": 3}, "path of a file"),
         ({"ratio": [1.0], "pressure_ratio": [0.5], "length_ratio": [3.0]}, {}, "give one of"),
         ({"beta0": [1.0]}, {}, "beta0 with lam or beta1"),
         ({"pressure": [1.0]}, {}, "the rod lacks"),
@@ -176,6 +194,19 @@ def test_threads_and_order_do_not_matter(whole: po.Sweep) -> None:
     with ThreadPoolExecutor(3) as threads:
         assert same(whole, po.sweep(GRID, executor=threads))
     assert same(whole, po.sweep(GRID, executor=Here()))
+
+
+def test_the_number_of_blas_threads_does_not_matter(whole: po.Sweep) -> None:
+    from threadpoolctl import threadpool_limits
+
+    from peel_opt.sweep_answers import arithmetic
+
+    for threads in (1, 2):
+        arithmetic.cache_clear()
+        with threadpool_limits(threads, user_api="blas"):
+            found = po.sweep(GRID, workers=1)
+        assert same(whole, found)
+        assert found.arithmetic == whole.arithmetic
 
 
 def test_what_was_asked_before_does_not_matter() -> None:
@@ -247,6 +278,19 @@ def test_workers_that_round_otherwise_are_an_error(monkeypatch: pytest.MonkeyPat
     with pytest.raises(po.WorkersLost, match="do not round alike"):
         po.sweep(GRID, executor=Here())
     assert same(whole, po.sweep(GRID, executor=Here(), same_bits=False))
+
+
+def test_an_executor_that_takes_no_more_is_an_error_and_what_it_took_is_kept(tmp_path: Path) -> None:
+    class Full(Here):
+        def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+            if self.asked:
+                raise RuntimeError("no more.")
+            return super().submit(function, *arguments, **named)
+
+    journal = tmp_path / "journal"
+    with pytest.raises(po.WorkersLost, match=r"RuntimeError: no more\. What is finished"):
+        po.sweep(GRID, executor=Full(), journal=journal)
+    assert journal.read_bytes().count(b"\n") == 2
 
 
 def test_a_law_that_does_not_travel_is_refused_before_any_process_starts() -> None:
@@ -335,6 +379,24 @@ def test_files_that_are_no_journal_or_damaged_are_left_alone(tmp_path: Path) -> 
         po.sweep(GRID, journal=tmp_path / "nowhere" / "journal")
 
 
+def test_a_line_with_a_right_checksum_may_still_be_no_record(tmp_path: Path) -> None:
+    journal = tmp_path / "journal"
+    po.sweep(GRID, journal=journal)
+    head, *lines = journal.read_bytes().splitlines(keepends=True)
+    for text in (b"{", b"[" * 100_000, b"3", b"{}", b'{"chunk":-1,"numbers":[],"texts":[]}'):
+        journal.write_bytes(b"".join([head, b"%08x %s\n" % (zlib.crc32(text), text), *lines]))
+        with pytest.raises(po.InvalidInput, match="damaged"):
+            po.sweep(GRID, journal=journal)
+
+
+@pytest.mark.parametrize("name", ["/dev/null", "/dev/full"])
+def test_a_device_is_no_journal(name: str) -> None:
+    if not Path(name).exists():
+        pytest.skip(f"there is no {name}")
+    with pytest.raises(po.InvalidInput, match="not a regular file"):
+        po.sweep(GRID, journal=name)
+
+
 def test_two_sweeps_do_not_share_a_journal(tmp_path: Path) -> None:
     journal = tmp_path / "journal"
     pytest.importorskip("fcntl")
@@ -373,7 +435,6 @@ def interrupted(arguments: tuple[str, ...], out: Path, sent: signal.Signals, lin
     process = subprocess.Popen(
         [sys.executable, "-m", "peel_opt", *arguments, "--out", str(out)],
         cwd=Path(__file__).parents[1],
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -405,13 +466,10 @@ def test_a_stopped_sweep_leaves_a_journal_and_no_orphans(tmp_path: Path, sent: s
 def test_dask_loses_and_repeats_nothing_when_a_worker_dies(
     tmp_path: Path, whole: po.Sweep, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    dask = pytest.importorskip("dask")
     distributed = pytest.importorskip("distributed")
-    threads = os.environ.get("OMP_NUM_THREADS", str(cores()))
     journal = tmp_path / "journal"
     monkeypatch.setattr(sweep_plan, "CHUNK", 8)
     with (
-        dask.config.set({"distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": threads}}),
         distributed.LocalCluster(
             n_workers=2,
             threads_per_worker=1,
@@ -446,13 +504,12 @@ def test_ten_thousand_equilibria_in_several_goes(tmp_path: Path, monkeypatch: py
     arguments = ("sweep", "--ratio", "0.4:50:100:log", "--pressure-ratio", "0.15:0.95:100", "--no-plot")
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     run = [sys.executable, "-m", "peel_opt", *arguments]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     root = Path(__file__).parents[1]
-    subprocess.run([*run, "--workers", "1", "--out", str(whole)], cwd=root, env=environment, check=False)
+    subprocess.run([*run, "--workers", "1", "--out", str(whole)], cwd=root, check=False)
     for sent, lines in ((signal.SIGTERM, 20), (signal.SIGKILL, 50), (signal.SIGINT, 75)):
         code = interrupted((*arguments, "--resume"), cut, sent, lines)
         assert code == (130 if sent == signal.SIGINT else -sent)
-    subprocess.run([*run, "--resume", "--out", str(cut)], cwd=root, env=environment, check=False)
+    subprocess.run([*run, "--resume", "--out", str(cut)], cwd=root, check=False)
     first, second = (po.Sweep.load(folder / "sweep.npz") for folder in (whole, cut))
     assert len(first) == 10_000
     assert same(first, second)

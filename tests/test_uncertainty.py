@@ -13,8 +13,9 @@ from scipy import stats
 
 import peel_opt as po
 from peel_opt.cli import main
-from peel_opt.propagation import interpolated
 from peel_opt.propagation_inputs import split, spread_of
+from peel_opt.propagation_limits import interpolated
+from peel_opt.propagation_sample import Sample
 
 ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 SPREAD = {"bending_stiffness": "2 %", "adhesion_strength": "1 %", "adhesion_range": "1.5 %"}
@@ -125,17 +126,79 @@ def test_at_a_fold_there_is_no_linear_estimate(monkeypatch: pytest.MonkeyPatch) 
 
 def test_limits_of_a_rod() -> None:
     spread = {"bending_stiffness": "3 %", "adhesion_strength": "3 % lognormal"}
-    found = po.uncertainty(ROD, spread, samples=32, workers=1)
+    found = po.uncertainty(ROD, spread, samples=16, workers=1)
     assert list(found.quantities) == ["readhesion_pressure", "maxwell_length"]
     least, maxwell = found["readhesion_pressure"], found["maxwell_length"]
     assert least.nominal == pytest.approx(po.readhesion_pressure(ROD).pressure, rel=1e-9)
-    for i in (3, 40):
+    for i in (3, 20):
         rod = po.Rod(*(float(found.samples[n][i]) for n in spread), ROD.adhesion_range)
         assert abs(least.values[i] - po.readhesion_pressure(rod).pressure) < least.error
         assert maxwell.values[i] == pytest.approx(rod.adhesion_range * po.maxwell_length(rod.ratio, "branch"))
     assert least.error < 1e-7 * ROD.adhesion_strength
     assert least.linear_sd == pytest.approx(0.03 * least.nominal * math.hypot(0.48493, 1.48493), rel=1e-4)
     assert maxwell.linear_sd == pytest.approx(0.03 * maxwell.nominal * math.hypot(0.27938, 0.27938), rel=1e-4)
+
+
+def test_powers_of_lognormal_inputs_have_the_known_distribution_and_indices() -> None:
+    # Towards p = T0 the length is pi (k y0/T0)^(1/4): a lognormal number with elasticities of 1/4.
+    rod, percent = po.Rod(1.0, 1.0, 0.005), {"bending_stiffness": 20.0, "adhesion_range": 30.0}
+    spread = {name: f"{value} % lognormal" for name, value in percent.items()}
+    found = po.uncertainty(rod, spread, pressure=1.0 - 1e-9, samples=256, workers=1)["length"]
+    assert found.nominal == pytest.approx(math.pi * 0.005**0.25, rel=1e-10)
+    for name in spread:
+        assert found.derivatives[name] * getattr(rod, name) / found.nominal == pytest.approx(0.25, abs=1e-9)
+    variances = np.log1p([(0.01 * value) ** 2 for value in percent.values()])
+    shares, whole = variances / 16.0, variances.sum() / 16.0
+    median = found.nominal * math.exp(-0.125 * variances.sum())
+    for share in (0.025, 0.16, 0.5, 0.84, 0.975):
+        exact = median * math.exp(stats.norm.ppf(share) * math.sqrt(whole))
+        assert found.quantile(share) == pytest.approx(exact, rel=0.01)
+    assert found.mean == pytest.approx(median * math.exp(0.5 * whole), rel=1e-3)
+    assert found.indices is not None
+    assert found.indices.first == pytest.approx(np.expm1(shares) / math.expm1(whole), abs=0.03)
+    total = 1.0 - np.expm1(whole - shares) / math.expm1(whole)
+    assert found.indices.total == pytest.approx(total, abs=0.03)
+
+
+def test_sobol_indices_of_the_ishigami_function() -> None:
+    drawn = Sample.drawn([spread_of("length", (1e-9, 2.0 * math.pi), math.pi)] * 3, 1024, 0, True)
+    x, y, z = (drawn.inputs - math.pi).T
+    found = drawn.indices(np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x))
+    assert found is not None
+    assert found.first == pytest.approx([0.3139, 0.4424, 0.0], abs=0.05)
+    assert found.total == pytest.approx([0.5576, 0.4424, 0.2437], abs=0.05)
+    low, high = found.total_interval.T
+    assert ((low < [0.5576, 0.4424, 0.2437]) & (high > [0.5576, 0.4424, 0.2437])).all()
+    assert drawn.indices(np.ones(len(x))) is None
+
+
+def test_a_mixed_sample_without_an_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from peel_opt import propagation
+
+    def answers(rod: po.Rod, drawn: Sample, *_: Any) -> tuple[np.ndarray, np.ndarray, float]:
+        values = np.full(len(drawn.inputs), 1.7e-3)
+        values[drawn.main + 3] = math.nan
+        return values, np.full(len(values), "certified"), 0.0
+
+    monkeypatch.setattr(propagation, "_answers", answers)
+    found = po.uncertainty(ROD, SPREAD, pressure=105e3, samples=4)["length"]
+    assert found.indices is None
+    assert found.failed == 0.0
+    assert "no Sobol indices: 1 of the samples mixed for them" in str(found)
+
+
+def test_a_spread_below_the_error_of_the_answers_is_said() -> None:
+    found = po.uncertainty(ROD, {"bending_stiffness": "1e-13 %"}, pressure=105e3, samples=2, workers=1)
+    assert "errors of up to" in str(found["length"])
+    assert "trust the linear estimate" in str(found["length"])
+
+
+def test_numbers_of_a_rod_known_by_its_ratio_have_its_units(tmp_path: Path) -> None:
+    rod = po.Rod.from_ratio(1.0)
+    found = po.uncertainty(rod, {"bending_stiffness": "1 %"}, pressure=0.8, samples=2, workers=1)
+    assert "mean 1 T0 eta^3" in repr(found)
+    title = found.to_csv(tmp_path / "samples.csv").read_text().splitlines()[0]
+    assert title == "bending_stiffness [T0 eta^3],length [eta]"
 
 
 def test_a_rod_that_has_no_maxwell_point_is_a_failed_sample() -> None:
@@ -180,6 +243,8 @@ def test_samples_that_make_no_rod_are_failures() -> None:
         ((10.0, 22.0), 16.0, 12.0 / math.sqrt(12.0), "uniform"),
         ("1000 cm .. 22 m", 16.0, 12.0 / math.sqrt(12.0), "uniform"),
         ("50 cm", 20.0, 0.5, "normal"),
+        ("10 .. 22 m", 16.0, 12.0 / math.sqrt(12.0), "uniform"),
+        ((20.0, 22.0), 21.0, 2.0 / math.sqrt(12.0), "uniform"),
         (stats.gamma(4.0, scale=5.0), 20.0, 10.0, "gamma"),
     ],
 )
@@ -190,7 +255,25 @@ def test_forms_of_a_spread(given: Any, mean: float, sd: float, words: str) -> No
 
 
 @pytest.mark.parametrize(
-    "given", ["", "10", "10 kg", "-5 %", 0.0, -1.0, (2.0, 1.0), (1.0,), "3 m .. 2 m", stats.cauchy(), None]
+    "given",
+    [
+        *(
+            "",
+            "10",
+            "10 kg",
+            "-5 %",
+            "0 %",
+            "3 m .. 2 m",
+            "10 m .. 22 m lognormal",
+            0.0,
+            -1.0,
+            math.nan,
+            True,
+            None,
+        ),
+        *((2.0, 1.0), (1.0,), (10.0, 19.0), ("10 m", "22 m"), stats.cauchy(), stats.norm([1.0, 2.0])),
+        *(stats.norm(1.0, 0.1), stats.multivariate_normal([0.0, 0.0])),
+    ],
 )
 def test_what_is_no_spread_is_refused(given: Any) -> None:
     with pytest.raises(po.InvalidInput, match="length"):
@@ -205,6 +288,15 @@ def test_what_is_no_spread_is_refused(given: Any) -> None:
         ({"bending_stiffness": 1e-6}, {"pressure": 1e5, "length": 1e-3}, "not both"),
         ({"bending_stiffness": 1e-6}, {"pressure": 1e5, "of": "pressure"}, "there is no 'pressure'"),
         ({"bending_stiffness": 1e-6}, {"samples": 100}, "power of 2"),
+        ({"bending_stiffness": 1e-6}, {"samples": 2**33}, "at most"),
+        ({"bending_stiffness": 1e-6, "adhesion_range": 1e-5}, {"samples": 2**21}, "the limit is"),
+        ({"bending_stiffness": 1e-6}, {"seed": -1}, "seed"),
+        ({"bending_stiffness": 1e-6}, {"of": 3}, "there is no 3"),
+        ({"bending_stiffness": 1e-6}, {"law": "linear"}, "under law"),
+        ({"bending_stiffness": 1e-6}, {"state": "folded"}, "of unfolded states"),
+        ({"bending_stiffness": 1e-6}, {"tol": -1.0}, "tol"),
+        ({"pressure": "1 %"}, {"pressure": 1e5, "of": "maxwell_length"}, "depends on nothing"),
+        (["bending_stiffness"], {}, "nothing is uncertain"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(spread: Any, named: dict[str, Any], words: str) -> None:
@@ -235,7 +327,23 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert {path.name for path in tmp_path.iterdir()} == {"samples.csv", "length.png"}
     assert main([*command, *few, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    assert record["inputs"]["pressure"] == {"nominal": 1e5, "mean": 1e5, "sd": 1e3, "distribution": "normal"}
+    expected = {"unit": "Pa", "nominal": 1e5, "mean": 1e5, "sd": 1e3, "distribution": "normal"}
+    assert record["inputs"]["pressure"] == expected
+    own = [
+        "uncertainty",
+        "--card",
+        card,
+        "--k",
+        "22 .. 23 uN m",
+        "--pressure",
+        "0.7 T0 +- 1 %",
+        *few,
+        "--json",
+    ]
+    assert main(own) == 0
+    inputs = json.loads(capsys.readouterr().out)["inputs"]
+    assert inputs["pressure"]["nominal"] == pytest.approx(0.7 * 140.1e3)
+    assert inputs["bending_stiffness"]["nominal"] == pytest.approx(22.5e-6)
     assert main(["uncertainty", "--k", "1 uN m .. 3 uN m", "--T0", "1 MPa"]) == 2
     assert main(["uncertainty", "--card", card, "--length", "+- 5 %"]) == 2
     assert main(["uncertainty", "--card", card]) == 2

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from ..errors import InvalidInput
-from ..storage import atomic_write
+from ..files import as_path, atomic_write
 
 #: By suffix: what keeps the date out, so that the same picture is the same file.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -39,7 +40,7 @@ def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
     InvalidInput
         If the suffix names none of the formats, or the file cannot be written.
     """
-    path = Path(path)
+    path = as_path(path)
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise InvalidInput(
@@ -47,8 +48,8 @@ def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
             remedy=f"End the name in one of {', '.join(FORMATS)}.",
         )
 
-    def write(file: BinaryIO) -> None:
-        with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
-            fig.savefig(file, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
-
-    return atomic_write(path, write)
+    # Drawn in memory: on a full disk the backends fail in ways that do not say so.
+    drawn = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
+        fig.savefig(drawn, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
+    return atomic_write(path, lambda file: file.write(drawn.getvalue()))

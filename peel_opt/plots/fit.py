@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..rod import UNITS
 from .style import PRESSURE, ROD, SMALL
 from .words import length_unit, pressure_unit, quantity
 
@@ -114,8 +115,6 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
 
 def _numbers(fit: Calibration) -> str:
     """Estimates in a line, with prefixes."""
-    from ..calibration_result import UNITS
-
     symbols = dict(zip(UNITS, ("$k$", "$T_0$", "$y_0$"), strict=True))
     return ",  ".join(
         f"{symbols[name]} = {quantity(value, UNITS[name])} ± {100.0 * fit.relative_sd(name):.2g} %"

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import legendre
 
+from ..checks import whole
 from .base import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
@@ -52,10 +53,20 @@ class Spectral(Transcription):
         Gauss nodes per element.
     elements : int
         Equal elements per phase.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them is no whole number, or too small or large.
     """
 
     nodes: int = 16
     elements: int = 1
+
+    def __post_init__(self) -> None:
+        # A matrix of nodes x nodes is kept for each phase.
+        whole("nodes", self.nodes, 2, 1000)
+        whole("elements", self.elements, 1, 1000)
 
     @property
     def sure_gain(self) -> float:

@@ -1,4 +1,4 @@
-"""After a fit: every state solved again by the public functions, and what a reader must know."""
+"""What a reader must know before believing a fit, in plain words."""
 
 from __future__ import annotations
 
@@ -6,23 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .calibration_blocks import block
 from .calibration_data import Observation
 from .calibration_identifiability import undetermined_words
-from .calibration_problem import Fitted, Problem
-from .calibration_sensitivity import follow
 from .calibration_start import fits
 from .detachment import length_given_pressure, pressure_given_length
-from .elastica import Scalars
-from .errors import NotCertified, PeelOptError
+from .errors import AmbiguousState, PeelOptError
 from .result import Equilibrium
 from .rod import Rod
 
 if TYPE_CHECKING:
     from .calibration_result import Calibration
-
-#: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
-MOST_APART = 1e-6
 
 #: Residual, in standard deviations, from which a point is looked for on other states.
 FAR = 4.0
@@ -38,70 +31,6 @@ RARE = 1e-3
 
 #: Standard deviation of a logarithm from which it is no longer near a linear problem.
 CURVED = 0.15
-
-
-def resolved(problem: Problem, fitted: Fitted, rod: Rod) -> tuple[list[Equilibrium], float]:
-    """Return the public answer for every fitted state, and the largest difference from the fit.
-
-    Raises
-    ------
-    NotCertified
-        If a fitted state is not the one the public function finds.
-    PeelOptError
-        If that function has no answer.
-    """
-    equilibria, worst = [], 0.0
-    for observation, signature, u, d in zip(
-        problem.observations,
-        fitted.posed.signatures,
-        fitted.posed.state.unknowns,
-        fitted.posed.state.data,
-        strict=True,
-    ):
-        part = block(signature)
-        s = part.problem.scalars(u[: part.problem.size])
-        _, g_u, g_q, *_ = part.evaluate(u, fitted.q, d)
-        # The direction along the branch: what is left without exact lengths and pressures.
-        _, own = (
-            follow(part, u, g_u, g_q) if "exact" not in (signature.length, signature.pressure) else (0, None)
-        )
-        by_length = signature.length == "exact"
-        if own is not None:
-            d_sigma = np.abs(own[part.problem.size - 2]).max()
-            d_pressure = np.abs(_pressure_change(s, own[part.problem.size - 4 : part.problem.size])).max()
-            by_length = d_sigma / s.sigma > d_pressure / max(s.pressure_ratio, 1e-300)
-        eq, gap = _asked(rod, s.sigma, s.pressure_ratio, by_length)
-        if gap > MOST_APART:
-            raise NotCertified(
-                f"{observation.name} is fitted at p/T0 = {s.pressure_ratio:.8g}, sbar/eta = {s.sigma:.8g},"
-                f" but the fitted rod is at p/T0 = {eq.pressure_ratio:.8g},"
-                f" sbar/eta = {eq.length_ratio:.8g} there.",
-                remedy="Near a fold a length or pressure has no state nearby: give it a standard deviation.",
-            )
-        equilibria.append(eq)
-        worst = max(worst, gap)
-    return equilibria, worst
-
-
-def _pressure_change(s: Scalars, own: np.ndarray) -> np.ndarray:
-    """Change of P = 1 + m A / sigma^3 along directions of (A, m, sigma, lambda)."""
-    return (own[1] * s.A + s.m * own[0]) / s.beta0 - 3.0 * s.alpha1 / s.beta0 * own[2] / s.sigma
-
-
-def _asked(rod: Rod, sigma: float, P: float, by_length: bool) -> tuple[Equilibrium, float]:
-    """Ask for the state in the better conditioned way, then in the other."""
-    error: PeelOptError | None = None
-    for length_given in (by_length, not by_length):
-        try:
-            if length_given:
-                eq = pressure_given_length(rod, rod.length(sigma), near=rod.pressure(P))
-                return eq, abs(eq.pressure_ratio - P)
-            eq = length_given_pressure(rod, rod.pressure(P), near=rod.length(sigma))
-            return eq, abs(eq.length_ratio - sigma)
-        except PeelOptError as caught:
-            error = error or caught
-    assert error is not None
-    raise error
 
 
 def warnings_of(fit: Calibration) -> tuple[str, ...]:
@@ -198,9 +127,7 @@ def _other_state(rod: Rod, observation: Observation, size: float) -> str:
         for by_length in (True, False):
             try:
                 if by_length and observation.pressure_sd:
-                    eq = pressure_given_length(
-                        rod, observation.length, state=state, near=observation.pressure
-                    )
+                    eq = _held(rod, observation.length, state, observation.pressure)
                     gaps.append(abs(eq.pressure - observation.pressure) / observation.pressure_sd)
                 if not by_length and observation.length_sd:
                     eq = length_given_pressure(
@@ -212,3 +139,11 @@ def _other_state(rod: Rod, observation: Observation, size: float) -> str:
         if min(gaps, default=np.inf) < best:
             best, name = min(gaps), state
     return name
+
+
+def _held(rod: Rod, length: float, state: str, pressure: float) -> Equilibrium:
+    """Equilibrium of a length on a state; ``near``, which walks elsewhere too, only where two have it."""
+    try:
+        return pressure_given_length(rod, length, state=state)
+    except AmbiguousState:
+        return pressure_given_length(rod, length, state=state, near=pressure)
