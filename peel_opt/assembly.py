@@ -14,7 +14,7 @@ from .answer import Answer
 from .batches import point_errors
 from .branch import Branch
 from .branch_parts import Solutions, SpecialPoint
-from .certify import first_integral_defect, report
+from .certify import HEIGHT_NOISE, first_integral_defect, report
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, Point
@@ -134,10 +134,20 @@ def _columns(points: Sequence[Point], law: CohesiveLaw) -> dict[str, Any]:
         "lam": np.array([s.lam for s in scalars]),
         "tip_u": np.array(tips) * np.array(over),
         "certificate": np.array(
-            [first_integral_defect(law, s, float(tip)) for s, tip in zip(scalars, tips, strict=True)]
+            [_certificate(law, p, float(tip)) for p, tip in zip(points, tips, strict=True)]
         ),
         "iterations": np.array([p.iterations for p in points]),
     }
+
+
+def _certificate(law: CohesiveLaw, point: Point, tip: float) -> float:
+    """Defect of the first integrals; not divided by y_tip where the tip is held to the plate."""
+    s = point.scalars
+    defect = first_integral_defect(law, s, tip)
+    highest = abs(s.A) * float(np.abs(point.profile.values[:, :, 4]).max())
+    if s.beta0 and abs(tip) <= HEIGHT_NOISE * highest:
+        defect *= abs(tip * s.beta1 / s.beta0)
+    return defect
 
 
 def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:

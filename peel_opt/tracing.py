@@ -218,7 +218,7 @@ def _finished(walk: PrimaryBranch, points: list[Point], ended: str, at: dict[str
     specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
         specials += locate(walk.family, points, RANGE)
-    extra = [s.point for s in specials if s.kind == "y=y0"]
+    extra = [s.point for s in specials]
     for name, values in at.items():
         if name not in HOLDS and name != "length_ratio":
             raise InvalidInput(

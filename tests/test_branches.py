@@ -429,3 +429,13 @@ def test_two_folds_between_two_points_of_the_walk_are_found(ratio: float) -> Non
     assert np.count_nonzero(np.diff(np.sign(branch.sigma[before] - between))) == 3
     states = po.equilibria(po.Rod.from_ratio(ratio), length=between)
     assert sum(eq.state in ("middle", "lower") for eq in states) == 3
+
+
+def test_higher_modes_of_a_rod_hold_their_certificates() -> None:
+    rod = po.Rod.from_ratio(0.1)
+    second, third = po.trace(rod, mode=2), po.trace(rod, mode=3, tol=1e-6)
+    # The tip of an even mode stays on the plate, where the identity says nothing by itself.
+    assert np.abs(second.tip_height).max() < 1e-9
+    assert max(second.certificate.max(), third.certificate.max()) < 1e-6
+    for point in third.special("self-contact"):
+        assert third.lam[point.index] == point.lam
