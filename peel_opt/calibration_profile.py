@@ -87,7 +87,7 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
 
 def interval(fit: Calibration, index: int, level: float, method: str | None) -> tuple[float, float]:
     """Return an interval of confidence, see `Calibration.interval`."""
-    from scipy.special import ndtri
+    from scipy.special import ndtri, stdtrit
 
     if not positive("level", level) < 1.0:
         raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
@@ -98,10 +98,13 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
     if robust and method == "profile":
         raise InvalidInput("a robust loss has no likelihood to profile.", remedy="Use method='covariance'.")
     z = float(ndtri(0.5 + 0.5 * level))
+    if robust:
+        # Its covariance comes from the residuals themselves: few of them tell it badly.
+        z = float(stdtrit(fit.degrees, 0.5 + 0.5 * level)) if fit.degrees else math.inf
     name = fit.free[index]
     estimate, spread = fit.estimates[name], fit.relative_sd(name)
     if robust or method == "covariance":
-        if not math.isfinite(spread):
+        if not math.isfinite(spread * z):
             return 0.0, math.inf
         return estimate * math.exp(-z * spread), estimate * math.exp(z * spread)
     with watched(fit.problem) as problem:

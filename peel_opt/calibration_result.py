@@ -182,7 +182,7 @@ class Calibration:
         level : float
         method : {"profile", "covariance"}, optional
             From the profile likelihood, or from the covariance of the logarithms.  Default: the
-            profile; with a robust loss, which is no likelihood, the covariance.
+            profile; with a robust loss, which is no likelihood, the covariance and Student's t.
 
         Returns
         -------
