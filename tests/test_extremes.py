@@ -77,7 +77,9 @@ def test_methods_agree_or_refuse_about_the_transition() -> None:
 def test_methods_agree_or_refuse_over_the_whole_range(seed: int) -> None:
     rods = method_map.scan_rods(400, seed)
     check(rods)
-    assert sum(place.by("auto").certified for place in rods) >= 380
+    for (ratio, _, share), place in zip(method_map.rods(400, seed), rods, strict=True):
+        # Refused is only what has no digits left: slender rods beside their minimum pressure.
+        assert place.by("auto").certified or (ratio > 20.0 and 1.0 - share < 2e-5)
     for law in ("cohesive", "linear"):
         check(method_map.scan_groups(400, seed, law=law))
     check(method_map.scan_transition(400, seed))
