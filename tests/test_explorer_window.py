@@ -229,7 +229,7 @@ def test_a_card_opens_in_its_units() -> None:
 
 
 def test_without_a_display_there_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(po.errors.MissingExtra, match="(?i)'agg'"):
+    with pytest.raises(po.errors.MissingExtra, match=r"(?i)'agg'"):
         show()
     assert main(["explore", "--backend", "mpl"]) == 1
     said = capsys.readouterr()
