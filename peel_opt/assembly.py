@@ -14,7 +14,7 @@ from .answer import Answer
 from .batches import point_errors
 from .branch import Branch
 from .branch_parts import Solutions, SpecialPoint
-from .certify import HEIGHT_NOISE, first_integral_defect, report
+from .certify import first_integral_defect, held_tip_defect, report
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, Point
@@ -105,7 +105,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
         hold=hold,
         held=held_value(family.closure, hold),
         rod=rod,
-        **_columns(points, family.law),
+        **_columns(points, family),
         arclength=np.array([part.sign * p.arclength for part, p in ordered]),
         error=point_errors(family, points).total,
         state=np.array([part.label(p.arclength) for part, p in ordered]),
@@ -122,7 +122,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
     )
 
 
-def _columns(points: Sequence[Point], law: CohesiveLaw) -> dict[str, Any]:
+def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
     """Numbers of each point."""
     scalars = [p.scalars for p in points]
     tips = [s.A * p.profile.values[0, 0, 4] for s, p in zip(scalars, points, strict=True)]
@@ -134,20 +134,17 @@ def _columns(points: Sequence[Point], law: CohesiveLaw) -> dict[str, Any]:
         "lam": np.array([s.lam for s in scalars]),
         "tip_u": np.array(tips) * np.array(over),
         "certificate": np.array(
-            [_certificate(law, p, float(tip)) for p, tip in zip(points, tips, strict=True)]
+            [_certificate(family, p, float(tip)) for p, tip in zip(points, tips, strict=True)]
         ),
         "iterations": np.array([p.iterations for p in points]),
     }
 
 
-def _certificate(law: CohesiveLaw, point: Point, tip: float) -> float:
-    """Defect of the first integrals; not divided by y_tip where the tip is held to the plate."""
-    s = point.scalars
-    defect = first_integral_defect(law, s, tip)
-    highest = abs(s.A) * float(np.abs(point.profile.values[:, :, 4]).max())
-    if s.beta0 and abs(tip) <= HEIGHT_NOISE * highest:
-        defect *= abs(tip * s.beta1 / s.beta0)
-    return defect
+def _certificate(family: Family, point: Point, tip: float) -> float:
+    """Certificate of a point; a tip on the plate excuses it only where the family holds its tip there."""
+    if family.tip_free:
+        return first_integral_defect(family.law, point.scalars, tip)
+    return held_tip_defect(family.law, point.scalars, tip)
 
 
 def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:

@@ -44,10 +44,8 @@ def report(
         "tip on plate": abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max(),
         "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
-    certificate = first_integral_defect(effective, s, float(heights[0, 0]))
-    if state in ("other", "spurious") and present["tip on plate"] and s.beta0:
-        # The identity p y_tip = Phi(y_tip) holds for any p here and cannot be divided by y_tip.
-        certificate *= abs(float(opened[0, 0]))
+    held = state in ("other", "spurious") and present["tip on plate"]
+    certificate = (held_tip_defect if held else first_integral_defect)(effective, s, float(heights[0, 0]))
     certified = solved.error <= tol and certificate <= tol
     return Equilibrium(
         rod=rod,
@@ -65,6 +63,15 @@ def report(
         stats=solved.stats,
         source=source,
     )
+
+
+def held_tip_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:
+    """|p y_tip - Phi(y_tip)| / (T0 y0), for a rod whose tip is held to the plate.
+
+    The identity holds there for any p and cannot be divided by y_tip.
+    """
+    defect = first_integral_defect(law, scalars, tip_height)
+    return defect * abs(tip_height * scalars.beta1 / scalars.beta0) if scalars.beta0 else defect
 
 
 def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:

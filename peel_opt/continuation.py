@@ -18,6 +18,7 @@ from .arclength import chart
 from .closures import Closing, Closure, Plane
 from .cohesion import Affine, CohesiveLaw
 from .elastica import PI4, Scalars, kernel
+from .errors import NotConverged
 from .newton import Correction, contact_tangent, correct, correct_contact, factorised
 from .phases import fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
@@ -352,5 +353,10 @@ def transition(family: Family, mode: int = 1) -> Point:
     profile = Profile(np.ones(1), values[None], Scalars(small, float(fields["m"]), sigma, lam))
     problem = family.transcription.discretise(family.law.pieces[:1])
     result = correct(problem, problem.pack(profile), (family.closure, Closure("amplitude", small)))
+    if not result.converged:
+        raise NotConverged(
+            f"the start of the branch of mode {mode} at {family.closure} was not found.",
+            remedy="Try a finer transcription.",
+        )
     result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

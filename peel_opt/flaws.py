@@ -92,8 +92,7 @@ def readhesion_pressure(rod: Rod) -> PressureLimit:
     folds = []
     for mesh in MESHES:
         branch = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", require_rod(rod).ratio)))
-        branch.extend(lambda _, b=branch: b.fold("LP-pressure") is not None)  # type: ignore[misc]
-        fold = branch.fold("LP-pressure")
+        fold = branch.reach("LP-pressure")
         if fold is None:
             raise NotConverged(
                 f"the minimum pressure at eta/y0 = {rod.ratio:.4g} was not reached.",

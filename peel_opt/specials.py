@@ -119,7 +119,8 @@ def locate(
                     found.append(Located(kind, *family.turning_point(middle, there, monitor)))
             if values[i] * values[i + 1] >= 0.0:
                 continue
-            between = (p.point for p in found if here.arclength < p.point.arclength < there.arclength)
+            same = (p.point for p in found if p.kind == kind)
+            between = (p for p in same if here.arclength < p.arclength < there.arclength)
             if any(abs(monitor(point)) < SAME for point in between):
                 continue  # the tip is the highest place
             found.append(Located(kind, *family.turning_point(here, there, monitor)))

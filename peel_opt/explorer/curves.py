@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ..arclength import chart
 from ..branch import Branch
 from ..closures import Closure
 from ..cohesion import COHESIVE, LINEAR, CohesiveLaw
@@ -271,11 +272,8 @@ def _interpolation_error(s: np.ndarray, x: np.ndarray, dx: np.ndarray) -> float:
     left = np.setdiff1d(np.arange(len(s)), keep)
     rough = CubicHermiteSpline(s[keep], x[keep], dx[keep])(s[left])
 
-    def chart(v: np.ndarray) -> np.ndarray:
-        A, m, sigma, lam = v.T
-        return np.stack([A, A * m / (1.0 + sigma**3), np.arcsinh(lam / PI4), np.arcsinh(sigma)])
-
-    return float(np.abs(chart(rough) - chart(x[left])).max()) / 15.0
+    gaps = [chart(a)[0] - chart(b)[0] for a, b in zip(rough, x[left], strict=True)]
+    return float(np.abs(gaps).max()) / 15.0
 
 
 def traced(state: State) -> Curve | None:
