@@ -16,10 +16,10 @@ import numpy as np
 
 from .arclength import chart
 from .blas import one_thread
-from .closures import Closing, Closure, Plane, parameters
+from .closures import Closing, Closure, Plane, parameters, rows
 from .continuation import Family, Point, StepControl
 from .newton import closed_system
-from .rounding import EPS, UNITS
+from .rounding import EPS, UNITS, adjoint, units_lost
 from .transcription.base import Discretisation
 
 #: Steps of Newton's method between two neighbours; more mean that the guess was bad.
@@ -220,7 +220,7 @@ class PointErrors:
 def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
     """Estimate the errors of points of a branch, many at once."""
     finer = replace(family, transcription=family.transcription.refined())
-    mesh, rounding = np.full(len(points), np.nan), np.zeros(len(points))
+    mesh, rounding = np.full(len(points), np.nan), np.full(len(points), np.nan)
     groups: dict[int, list[int]] = {}
     for i, point in enumerate(points):
         if point.scalars.m != 0.0:  # at the contact the system is singular
@@ -229,6 +229,11 @@ def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
         mesh[members], rounding[members] = _one_step(finer, [points[i] for i in members])
     for i in np.flatnonzero(np.isnan(mesh)).tolist():
         mesh[i] = _solved_again(finer, points[i])
+    for i in np.flatnonzero(np.isnan(rounding)).tolist():
+        if points[i].scalars.m != 0.0:
+            rounding[i] = _rounding(family, points[i])
+    # The contact is as far from singular as its neighbours, were it posed without theta(1) = 0.
+    rounding[np.isnan(rounding)] = np.nanmax(rounding, initial=EPS)
     return PointErrors(mesh * (1.0 + 1.0 / family.transcription.sure_gain), rounding)
 
 
@@ -240,9 +245,9 @@ def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarra
     problem = finer.transcription.discretise(points[0].problem.phases)
     closing = [(finer.closure, Plane.across(p.place, p.direction)) for p in points]
     system = closed_system(problem, tuple(c.kind for c in closing[0]))
-    unknown, none = np.full(len(points), np.nan), np.zeros(len(points))
+    unknown = np.full(len(points), np.nan)
     if system.pattern is not None:
-        return unknown, none
+        return unknown, unknown
     x = np.array([points[0].problem.prolonged(p.x, problem) for p in points])
     values, jacobians = system.system.many(x, np.array([parameters(c) for c in closing]))
     gradients = np.array([p.chart[1] for p in points])
@@ -253,11 +258,23 @@ def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarra
         with one_thread(problem.size):
             response = np.linalg.solve(np.swapaxes(jacobians, 1, 2), weights)
     except np.linalg.LinAlgError:
-        return unknown, none
+        return unknown, unknown
     gap = np.linalg.norm(np.einsum("ijk,ij->ik", response, values), axis=1)
     sizes = np.einsum("ijk,ik->ij", np.abs(jacobians), np.abs(x))
     residues = np.linalg.norm(response * sizes[:, :, None], axis=(1, 2))
     return np.where(gap < LINEAR_RANGE, gap, np.nan), UNITS * EPS * residues
+
+
+def _rounding(family: Family, point: Point) -> float:
+    """What rounding does to one point, on its own mesh, whether its algebra is dense or sparse."""
+    problem, x = point.problem, point.x
+    _, jacobian = problem.linearise(x)
+    _, border = rows(family.closure, Plane.across(point.place, point.direction))(x[-4:])
+    weights = np.zeros((len(x), 4))
+    weights[-4:] = point.chart[1].T
+    with one_thread(len(x)):
+        response, sizes = adjoint(jacobian, border, weights, x)
+    return units_lost(problem) * EPS * float(np.linalg.norm(response * sizes[:, None]))
 
 
 def _solved_again(finer: Family, point: Point) -> float:

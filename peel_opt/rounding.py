@@ -45,7 +45,7 @@ def rounding(
     _, jacobian = problem.linearise(x)
     _, border = rows(*given)(x[-4:])
     with one_thread(problem.size):
-        response, sizes = _adjoint(jacobian, border, gradient, x)
+        response, sizes = adjoint(jacobian, border, gradient, x)
     k = len(given)
     by_given = np.abs(response[-k:] @ sensitivity_to_given(given, x[-4:]))
     # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
@@ -53,16 +53,23 @@ def rounding(
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     residues = np.linalg.norm(response * sizes)  # of independent signs
     own = abs(read(problem.scalars(x))) + float(by_given @ given_sizes)
-    units = UNITS_OF_STAGES if isinstance(problem, ShootingDiscretisation) else UNITS
     update = abs(float(gradient @ correction.update))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
-    return 4.0 * update + EPS * (units * float(residues) + 2.0 * own), float(max(asked))
+    return 4.0 * update + EPS * (units_lost(problem) * float(residues) + 2.0 * own), float(max(asked))
 
 
-def _adjoint(
+def units_lost(problem: Discretisation) -> float:
+    """Units in the last place of its terms that an equation of this problem may lose."""
+    return UNITS_OF_STAGES if isinstance(problem, ShootingDiscretisation) else UNITS
+
+
+def adjoint(
     jacobian: np.ndarray | sp.csc_matrix, border: np.ndarray, gradient: np.ndarray, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solve with the transposed Jacobian; also the size of the terms of every equation."""
+    """Solve with the transposed Jacobian; also the size of the terms of every equation.
+
+    ``gradient`` has shape (n,), or (n, k) for k answers.
+    """
     if isinstance(jacobian, np.ndarray):
         matrix = np.zeros((len(x), len(x)))
         matrix[: -len(border)] = jacobian

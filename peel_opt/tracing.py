@@ -36,6 +36,9 @@ SHARE = (0.01, 0.3)
 #: Steps of the walk; the points between are filled in.
 WALK = StepControl(first=0.05, largest=0.25)
 
+#: Errors of a point by which its certificate may miss zero.
+IDENTITY = 100.0
+
 #: What is neither tried nor of use beyond; the straight rod is searched for as many branch points.
 MOST_MODES, MOST_POINTS = 99, 100_000
 
@@ -151,16 +154,32 @@ def trace(
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())
-        if reached <= tol + 4.0 * max(errors.rounding.max() for errors in seen):
+        within = tol + 4.0 * max(errors.rounding.max() for errors in seen)
+        if reached <= within:
             break
     else:
         raise NotConverged(
             f"the branch is accurate to {reached:.1e} only, asked for {tol:.1e}.",
             remedy="Give a larger tol, or a finer transcription.",
         )
+    _require_identity(branch, within)
     if rod is not None:
         return branch
     return replace(branch, trivial=_trivial(closure, window, points))
+
+
+def _require_identity(branch: Branch, within: float) -> None:
+    """Raise where a point is no solution under its law, whatever two meshes agree on."""
+    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too.
+    scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
+    misses = branch.certificate > IDENTITY * within * scale
+    if np.any(misses):
+        i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
+        raise NotConverged(
+            f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
+            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0: a phase of the law was overlooked.",
+            remedy="Trace it with more points, or another mesh.",
+        )
 
 
 def _law(law: str | CohesiveLaw | None, rod: Rod | None) -> CohesiveLaw:

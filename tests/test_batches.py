@@ -8,14 +8,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import peel_opt as po
+from peel_opt import continuation
 from peel_opt.arclength import chart
 from peel_opt.batches import filled, point_errors
 from peel_opt.closures import Closure, Plane
 from peel_opt.cohesion import COHESIVE, LINEAR
 from peel_opt.continuation import Family, Point, StepControl
 from peel_opt.named_laws import exponential
+from peel_opt.phases import fits
 from peel_opt.primary import PrimaryBranch
 from peel_opt.transcription import Shooting, Spectral
+from peel_opt.transcription.base import Phases, Profile
 
 
 def walk(family: Family, until: float, side: int = 1) -> list[Point]:
@@ -84,3 +88,34 @@ def test_errors_of_points_are_honest(name: str, nodes: int) -> None:
         true = float(np.linalg.norm(chart(found[1].x[-4:])[0] - point.place))
         assert true <= error
         assert error <= 100.0 * true + 1e-11
+
+
+def test_errors_include_rounding_whatever_the_algebra() -> None:
+    family = FAMILIES["beta0 = 4"]
+    points = walk(family, 0.9)[1:]
+    dense = point_errors(family, points).rounding
+    assert np.all(dense > 0.0)
+    sparse = replace(family, transcription=Shooting(intervals=40))
+    alone = point_errors(sparse, walk(sparse, 0.9)[1:]).rounding
+    assert np.all(alone > 0.0)
+    assert np.median(alone) < 1e3 * np.median(dense)
+
+
+def test_a_contact_is_not_free_of_rounding() -> None:
+    family = FAMILIES["r = 1"]
+    branch = PrimaryBranch(family)
+    branch.extend(lambda _: False)
+    assert branch.ended == "contact"
+    errors = point_errors(family, branch.points[-3:])
+    assert errors.rounding[-1] == max(errors.rounding[:-1])
+
+
+def test_a_phase_that_is_overlooked_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Both meshes then agree on the wrong phases; only the first integrals tell.
+    def blind_to_the_tip(profile: Profile, phases: Phases) -> bool:
+        # A free arc and a bonded one, though the tip has come down through y0 again.
+        return fits(profile, phases) or (len(phases) == 2 and bool(np.all(profile.lengths > 0.0)))
+
+    monkeypatch.setattr(continuation, "fits", blind_to_the_tip)
+    with pytest.raises(po.NotConverged, match="a phase of the law was overlooked"):
+        po.trace(po.Rod.from_ratio(30.0), points=20)

@@ -30,15 +30,7 @@ from peel_opt.explorer.scene import Scene
 from peel_opt.explorer.server import make_server, open_page
 from peel_opt.explorer.state import CHOICES, State
 
-
-def at_once(work: Callable[[], Scene]) -> Future[Scene]:
-    """Do the work of a thread here and now."""
-    future: Future[Scene] = Future()
-    try:
-        future.set_result(work())
-    except Exception as error:
-        future.set_exception(error)
-    return future
+from .futures import at_once
 
 
 def never(_work: Callable[[], Scene]) -> Future[Scene]:

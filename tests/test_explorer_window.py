@@ -25,18 +25,10 @@ from peel_opt.explorer.state_cards import from_card
 from peel_opt.explorer.window import DPI, LOOKED_FOR, RESTED, SIZE, Window, show
 from peel_opt.explorer.window_controls import RADIOS
 
+from .futures import at_once
+
 SKETCH = State(accuracy="sketch")
 FLAP = Path(__file__).parent.parent / "problems" / "aortic_flap.toml"
-
-
-def at_once(work: Callable[[], Scene]) -> Future[Scene]:
-    """Do the work of a thread here and now."""
-    future: Future[Scene] = Future()
-    try:
-        future.set_result(work())
-    except Exception as error:
-        future.set_exception(error)
-    return future
 
 
 def opened(state: State = SKETCH, submit: Callable[..., Future[Scene]] = at_once) -> Window:

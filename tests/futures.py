@@ -1,0 +1,18 @@
+"""Stand-ins for the threads of the explorer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from peel_opt.explorer.scene import Scene
+
+
+def at_once(work: Callable[[], Scene]) -> Future[Scene]:
+    """Do the work of a thread here and now."""
+    future: Future[Scene] = Future()
+    try:
+        future.set_result(work())
+    except Exception as error:
+        future.set_exception(error)
+    return future
