@@ -17,10 +17,11 @@ from .branch_parts import Solutions, SpecialPoint
 from .certify import first_integral_defect, held_tip_defect, report
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point
+from .continuation import Family
 from .elastica import Scalars
 from .errors import InvalidInput
 from .named_laws import exponential
+from .points import Point
 from .result import Equilibrium, Stats
 from .rod import Rod
 from .specials import Located

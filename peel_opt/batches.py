@@ -17,8 +17,9 @@ import numpy as np
 from .arclength import chart
 from .blas import one_thread
 from .closures import Closing, Closure, Plane, parameters, rows
-from .continuation import Family, Point, StepControl
+from .continuation import Family, StepControl
 from .newton import closed_system
+from .points import Point
 from .rounding import EPS, UNITS, adjoint, units_lost
 from .transcription.base import Discretisation
 

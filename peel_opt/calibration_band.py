@@ -14,7 +14,8 @@ from .calibration_problem import Placed, Problem
 from .calibration_sensitivity import follow
 from .calibration_start import branch_of, fits
 from .closures import Closure
-from .continuation import Family, Point
+from .continuation import Family
+from .points import Point
 from .transcription.base import Profile
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ import numpy as np
 from .calibration_data import Observation
 from .closures import Closure
 from .cohesion import COHESIVE
-from .continuation import Point
 from .errors import NotConverged
+from .points import Point
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
 from .rod import MATERIAL, Rod
 from .shape import sample_shape

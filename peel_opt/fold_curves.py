@@ -11,11 +11,12 @@ from .assembly import describe
 from .branch_parts import SpecialPoint
 from .checks import positive
 from .closures import Closure
-from .continuation import Point, StepControl
+from .continuation import StepControl
 from .elastica import PI4
 from .errors import InvalidInput, NotConverged
 from .fold_system import FoldFamily
 from .newton import correct
+from .points import Point
 from .specials import Located, Monitor, locate
 from .tracing import landings
 

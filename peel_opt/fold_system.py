@@ -24,9 +24,10 @@ import numpy as np
 from .arclength import chart
 from .closures import Closing, Closure, Plane
 from .cohesion import LINEAR, CohesiveLaw
-from .continuation import Family, Point
+from .continuation import Family
 from .errors import NotConverged
 from .newton import Correction, correct, factorised
+from .points import Point
 from .primary import primary_branch
 from .transcription import Spectral
 from .transcription.base import Discretisation, Phases, Profile, Transcription

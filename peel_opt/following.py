@@ -13,9 +13,10 @@ from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_
 from .branch import Branch
 from .checks import finite
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point, StepControl
+from .continuation import Family, StepControl
 from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
+from .points import Point
 from .result import Equilibrium
 from .specials import FOLDS, RANGE, locate
 from .tracing import landings

@@ -13,7 +13,8 @@ import numpy as np
 
 from .closures import Closure
 from .cohesion import CohesiveLaw
-from .continuation import Family, Point
+from .continuation import Family
+from .points import Point
 from .primary import PATH, Candidate, crossings, primary_branch
 
 #: Points to walk along an isobar, and along a curve of fixed length, in either direction.

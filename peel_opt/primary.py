@@ -23,9 +23,10 @@ import numpy as np
 from . import closures
 from .closures import Closure
 from .cohesion import COHESIVE, CohesiveLaw
-from .continuation import Family, Point, StepControl, transition
+from .continuation import Family, StepControl, transition
 from .elastica import Scalars
 from .errors import NotConverged
+from .points import Point
 from .specials import FOLDS, Located, locate
 from .transcription import Spectral
 from .transcription.base import Profile

@@ -16,11 +16,11 @@ from .checks import positive
 from .closed_form import closed_form
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Point
 from .elastica import PI4, Scalars
 from .errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
 from .isobars import states_near
 from .phases import layout
+from .points import Point
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
 from .result import Equilibrium
 from .rod import Rod

@@ -9,8 +9,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from .continuation import FOLD_WIDTH, Family, Point
+from .continuation import FOLD_WIDTH, Family
 from .phases import heights_with_extrema
+from .points import Point
 from .shape import sample_shape
 
 #: A function of a point that changes sign at a special point.

@@ -18,9 +18,10 @@ from .branch_parts import Trivial
 from .checks import finite, known_beta0, positive, whole
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .continuation import Family, Point, StepControl, arclength_between
+from .continuation import Family, StepControl
 from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
+from .points import Point, arclength_between
 from .primary import PrimaryBranch
 from .rod import Rod, require_rod
 from .specials import RANGE, locate
@@ -177,7 +178,8 @@ def _require_identity(branch: Branch, within: float) -> None:
         i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
         raise NotConverged(
             f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
-            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0: a phase of the law was overlooked.",
+            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0: a phase of the law was"
+            " overlooked.",
             remedy="Trace it with more points, or another mesh.",
         )
 

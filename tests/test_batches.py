@@ -14,9 +14,10 @@ from peel_opt.arclength import chart
 from peel_opt.batches import filled, point_errors
 from peel_opt.closures import Closure, Plane
 from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.continuation import Family, Point, StepControl
+from peel_opt.continuation import Family, StepControl
 from peel_opt.named_laws import exponential
 from peel_opt.phases import fits
+from peel_opt.points import Point
 from peel_opt.primary import PrimaryBranch
 from peel_opt.transcription import Shooting, Spectral
 from peel_opt.transcription.base import Phases, Profile

@@ -27,7 +27,7 @@ FLOORS = {
     "model": "elastica arclength closures linear_operator nonlinear_part hierarchy series series_curve",
     "transcriptions": "transcription transcription.* phases shape tip_scan",
     "solvers": "newton nlp rounding",
-    "walks": "continuation batches specials primary isobars fold_system",
+    "walks": "points continuation batches specials primary isobars fold_system",
     "answers": "result closed_form answer certify question many_states detachment storage",
     "branches": "branch branch_parts assembly tracing following fold_curves fold_optimum branch_files",
     "readings": "reduction reduced_diagram effective_potential traced_potential normal_form_fit landau"
@@ -42,7 +42,7 @@ FLOORS = {
 }
 
 #: Longest a module may be before it is looked at for a second idea.
-LONGEST = 360
+LONGEST = 330
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,9 @@ from ..arclength import chart
 from ..branch import Branch
 from ..closures import Closure
 from ..cohesion import COHESIVE, LINEAR, CohesiveLaw
-from ..continuation import Family, Point, StepControl
+from ..continuation import Family, StepControl
 from ..elastica import PI4
+from ..points import Point
 from ..primary import PATH, PrimaryBranch
 from ..rod import Rod
 from ..specials import FOLDS, Located
