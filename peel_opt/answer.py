@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,8 @@ from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
 from .newton import Correction, correct
 from .nlp import Ipopt
+from .phases import layout
+from .posed import Posed
 from .result import Stats
 from .rounding import rounding, scalar_gradient
 from .transcription import Collocation, Shooting, Spectral
@@ -93,14 +95,6 @@ def as_method(method: str | Method | Transcription) -> Method:
     )
 
 
-#: The answered number as a function of the scalars.
-ANSWERS = {
-    "pressure_ratio": lambda s: s.pressure_ratio,
-    "length_ratio": lambda s: s.sigma,
-    "alpha1": lambda s: s.alpha1,
-}
-
-
 @dataclass(frozen=True, eq=False)
 class Answer:
     """A solution with the error of its answered number."""
@@ -111,84 +105,80 @@ class Answer:
     stats: Stats
 
 
-def answer(
-    profile: Profile,
-    phases: Phases,
-    given: tuple[Closure, Closure],
-    asked: str,
-    method: Method,
-    tol: float,
-) -> Answer:
-    """Solve for the number ``asked``, starting from a profile with these phases.
+@dataclass(frozen=True, eq=False)
+class _Started:
+    """A question with the state it means: the profile to start from, in the phases of its law."""
+
+    posed: Posed
+    profile: Profile
+    phases: Phases
+    tol: float
+
+
+def answer(posed: Posed, profile: Profile, method: Method, tol: float) -> Answer:
+    """Answer for the state that a profile shows, starting from it.
 
     Raises
     ------
     NotConverged
         If IPOPT or Newton fails.
     """
+    plan = layout(posed.effective_law, profile)
+    return _climb(_Started(posed, profile.rephased(plan.breaks), plan.phases, tol), method)
+
+
+def _climb(started: _Started, method: Method) -> Answer:
+    """Answer by the first rung of a method that meets the tolerance, or by the best."""
     if method.series:
         try:
-            return _summed(profile, phases, given, asked, method.series, tol)
+            return _summed(started, method.series)
         except NotConverged:
             if method.transcription is None:
                 raise
     if method.fallback is None:
-        return _on_meshes(profile, phases, given, asked, method, tol)
+        return _on_meshes(started, method)
     try:
-        first = _on_meshes(profile, phases, given, asked, method, tol)
+        first = _on_meshes(started, method)
     except NotConverged:
-        return answer(profile, phases, given, asked, method.fallback, tol)
-    if first.error <= tol:
+        return _climb(started, method.fallback)
+    if first.error <= started.tol:
         return first
     try:
-        second = answer(profile, phases, given, asked, method.fallback, tol)
+        second = _climb(started, method.fallback)
     except NotConverged:
         return first
     return min(first, second, key=lambda solved: solved.error)
 
 
-def _summed(
-    profile: Profile,
-    phases: Phases,
-    given: tuple[Closure, Closure],
-    asked: str,
-    orders: tuple[int, ...],
-    tol: float,
-) -> Answer:
+def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
     """Answer by the series, if one of its states is the one of the profile."""
-    law = next((law for law in (LINEAR, COHESIVE) if phases == law.pieces[:1]), None)
+    law = next((law for law in (LINEAR, COHESIVE) if started.phases == law.pieces[:1]), None)
     if law is None:
         raise NotConverged("the series needs the linear law and a shape within y0.", remedy=ANOTHER)
-    s = profile.scalars
+    posed, s = replace(started.posed, law=law), started.profile.scalars
     state, reason = "spurious" if s.alpha1 > 0.0 else "lower", ""
     for wanted in (state, "middle"):
         try:
-            found = closed_form(law, given, asked, wanted, orders, tol)
+            found = closed_form(posed, wanted, orders, started.tol)
         except NotConverged as error:
             reason = reason or str(error)
             continue
-        was = ANSWERS[asked](s)
-        if abs(ANSWERS[asked](found.problem.scalars(found.x)) - was) < SAME * (1.0 + abs(was)):
+        was = posed.read(s)
+        if abs(posed.read(found.problem.scalars(found.x)) - was) < SAME * (1.0 + abs(was)):
             return Answer(found.problem, found.x, found.error, found.stats)
     raise NotConverged(reason or "the series has no such state.", remedy=ANOTHER)
 
 
-def _on_meshes(
-    profile: Profile,
-    phases: Phases,
-    given: tuple[Closure, Closure],
-    asked: str,
-    method: Method,
-    tol: float,
-) -> Answer:
+def _on_meshes(started: _Started, method: Method) -> Answer:
+    """Answer on finer and finer meshes, until the error meets the tolerance or rounding ends it."""
     began = time.perf_counter()
-    read = ANSWERS[asked]
-    coarse = _first_solve(method, phases, profile, given)
+    read, given = started.posed.read, started.posed.given
+    coarse = _first_solve(started, method)
     iterations, evaluations = coarse.iterations, coarse.evaluations
     refinements, before = 0, 0.0
     while True:
         refinements += 1
-        fine = _newton_solve(coarse.transcription.refined(), phases, coarse.profile, given)
+        fine = _newton_solve(started, coarse.transcription.refined(), coarse.profile)
         iterations += fine.iterations
         evaluations += fine.evaluations + 1  # one more to bound the rounding
         # No refinement gains more than the order: a smaller difference is luck.
@@ -197,7 +187,7 @@ def _on_meshes(
         gain = _gain(coarse.transcription.sure_gain, difference, before)
         error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain)
         noise, condition = rounding(chosen.problem, chosen.correction, given, read)
-        if not method.adaptive or error + noise <= tol:
+        if not method.adaptive or error + noise <= started.tol:
             break
         if difference <= noise or refinements == MOST_REFINEMENTS:
             break
@@ -257,13 +247,13 @@ class _Solved:
         return self.problem.profile(self.correction.x)
 
 
-def _first_solve(method: Method, phases: Phases, profile: Profile, given: tuple[Closure, ...]) -> _Solved:
+def _first_solve(started: _Started, method: Method) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
     assert method.transcription is not None
     if method.ipopt is None:
-        return _newton_solve(method.transcription, phases, profile, given)
-    problem = method.transcription.discretise(phases)
-    programme = nlp.solve(problem, problem.pack(profile), given, method.ipopt)
+        return _newton_solve(started, method.transcription, started.profile)
+    problem, given = method.transcription.discretise(started.phases), started.posed.given
+    programme = nlp.solve(problem, problem.pack(started.profile), given, method.ipopt)
     if not programme.solved:
         raise NotConverged(
             f"IPOPT stopped with {programme.status} after {programme.iterations} iterations"
@@ -276,11 +266,9 @@ def _first_solve(method: Method, phases: Phases, profile: Profile, given: tuple[
     return _Solved(method.transcription, problem, correction, iterations, evaluations)
 
 
-def _newton_solve(
-    transcription: Transcription, phases: Phases, profile: Profile, given: tuple[Closure, ...]
-) -> _Solved:
-    problem = transcription.discretise(phases)
-    correction = _corrected(problem, problem.pack(profile), given)
+def _newton_solve(started: _Started, transcription: Transcription, profile: Profile) -> _Solved:
+    problem = transcription.discretise(started.phases)
+    correction = _corrected(problem, problem.pack(profile), started.posed.given)
     # Each iteration evaluates the equations once.
     return _Solved(transcription, problem, correction, correction.iterations, correction.iterations)
 

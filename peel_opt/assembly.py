@@ -22,6 +22,7 @@ from .elastica import Scalars
 from .errors import InvalidInput
 from .named_laws import exponential
 from .points import Point
+from .posed import Posed
 from .result import Equilibrium, Stats
 from .rod import Rod
 from .specials import Located
@@ -226,10 +227,14 @@ def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
     """Return the `Equilibrium` at a point of a branch; its error is that of the branch there."""
     problem, x = discretised(branch, i)
     beta0 = float(branch.beta0[i])
-    asked = "alpha1" if branch.rod is None else "pressure_ratio"
     # The metric of the arclength holds alpha1/(1 + beta0).
-    size = 1.0 + beta0 if asked == "alpha1" else 2.0 * (1.0 + beta0) / beta0
+    if branch.rod is None:
+        posed = Posed.at_groups(law_of(branch), beta0, float(branch.lam[i]))
+        size = 1.0 + beta0
+    else:
+        posed = Posed.at_length(branch.rod, law_of(branch), float(branch.length_ratio[i]))
+        size = 2.0 * (1.0 + beta0) / beta0
     stats = Stats(method=branch.solutions.transcription if branch.solutions else "", unknowns=problem.size)
     solved = Answer(problem, x, float(branch.error[i]) * size, stats)
     tol = float(branch.options.get("tol", 1e-8)) * size
-    return report(branch.rod, law_of(branch), asked, str(branch.state[i]), solved, tol)
+    return report(posed, str(branch.state[i]), solved, tol)

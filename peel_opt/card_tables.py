@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
 
 from .answer import as_method
-from .detachment import STATES, equilibrium, length_given_pressure, pressure_given_length
+from .detachment import equilibrium, length_given_pressure, pressure_given_length
 from .errors import InvalidInput
+from .posed import STATES
 from .quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
 from .result import Equilibrium
 from .rod import Rod

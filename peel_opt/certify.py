@@ -7,28 +7,20 @@ import math
 import numpy as np
 
 from .answer import Answer
-from .cohesion import COHESIVE, LINEAR, CohesiveLaw
+from .cohesion import LINEAR, CohesiveLaw
 from .elastica import Scalars
+from .posed import Posed
 from .result import Equilibrium
-from .rod import Rod
 from .shape import Solution
 
 #: Height above y0 (in u = y/y0) and below the plate (share of the largest) put down to rounding.
 HEIGHT_NOISE = 1e-9
 
 
-def report(
-    rod: Rod | None, law: CohesiveLaw | None, asked: str, state: str, solved: Answer, tol: float
-) -> Equilibrium:
-    """Turn a solution into an `Equilibrium` with its certificate and flags.
-
-    Parameters
-    ----------
-    law : CohesiveLaw or None
-        None for "auto": law (8), named "linear" where the whole shape stays within y0.
-    """
+def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
+    """Turn a solution into an `Equilibrium` with its certificate and flags."""
     problem, x = solved.problem, solved.x
-    effective = COHESIVE if law is None else law
+    effective = posed.effective_law
     s = problem.scalars(x)
     profile = problem.profile(x)
     theta, heights = (profile.values[:, :, i] * s.A for i in (0, 4))
@@ -48,12 +40,12 @@ def report(
     certificate = (held_tip_defect if held else first_integral_defect)(effective, s, float(heights[0, 0]))
     certified = solved.error <= tol and certificate <= tol
     return Equilibrium(
-        rod=rod,
-        law=effective.name if law is not None or not within else LINEAR.name,
+        rod=posed.rod,
+        law=effective.name if posed.law is not None or not within else LINEAR.name,
         beta0=s.beta0,
         lam=s.lam,
         alpha1=s.alpha1,
-        answered=asked,
+        answered=posed.asked,
         error=solved.error,
         certificate=certificate,
         tol=tol,

@@ -20,6 +20,7 @@ from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .elastica import PI4
 from .errors import NotConverged
 from .hierarchy import NODES
+from .posed import Posed
 from .result import Stats
 from .series_curve import Curve, curve
 from .transcription import Spectral
@@ -65,21 +66,12 @@ def applies(law: CohesiveLaw) -> bool:
     return law is LINEAR or law is COHESIVE
 
 
-def closed_form(
-    law: CohesiveLaw,
-    given: tuple[Closure, Closure],
-    asked: str,
-    state: str,
-    orders: tuple[int, ...],
-    tol: float,
-) -> ClosedForm:
+def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -> ClosedForm:
     """Answer by the lowest of ``orders`` that meets ``tol``.
 
     Parameters
     ----------
-    law : CohesiveLaw
-    given : tuple of Closure
-    asked : str
+    posed : Posed
     state : {"lower", "middle", "spurious", "unfolded"}
         Which root; at given pressure there is only one.
 
@@ -88,13 +80,13 @@ def closed_form(
     NotConverged
         With the reason, where the series is out of its reach.
     """
-    began = time.perf_counter()
+    began, law = time.perf_counter(), posed.effective_law
     if not applies(law):
         raise NotConverged(f"the series knows the linear law only, not {law.name!r}.")
     reason = ""
     for order in orders:
         try:
-            root = _root(curve(order), given, state)
+            root = _root(curve(order), posed.given, state)
         except NotConverged as error:
             reason = str(error)
             continue

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import partial
 
 from .answer import Method, as_method
-from .checks import finite, known_beta0, positive
+from .checks import finite, known_beta0
 from .closures import Closure
-from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .elastica import PI4
+from .cohesion import LINEAR, CohesiveLaw
 from .errors import InvalidInput, PeelOptError
+from .posed import Posed, known_lambda, known_law, known_state
 from .question import Question, solve
 from .result import Equilibrium
 from .rod import Rod, require_rod
 from .transcription.base import Transcription
-
-#: Labels a caller may ask for; "unfolded" means middle or lower.
-STATES = ("middle", "lower", "folded", "unfolded", "spurious")
 
 
 def pressure_given_length(
@@ -80,15 +76,14 @@ def pressure_given_length(
     def ask() -> Equilibrium:
         sigma = require_rod(rod).length_ratio(length)
         question = Question(
-            asked="pressure_ratio",
-            given=(Closure("ratio", rod.ratio), Closure("length", sigma)),
+            posed=Posed.at_length(rod, known_law(law), sigma),
             target=Closure("length", sigma),
             unit=rod.length,
             words=_words("length", length, "m", "sbar/eta", sigma, rod),
-            state=_state(state),
+            state=known_state(state),
             near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
         )
-        return solve(rod, _law(law), question, as_method(method), tol)
+        return solve(question, as_method(method), tol)
 
     return _guarded(ask, rod, "pressure_ratio", tol, throw)
 
@@ -140,15 +135,14 @@ def length_given_pressure(
     def ask() -> Equilibrium:
         P = require_rod(rod).pressure_ratio(pressure)
         question = Question(
-            asked="length_ratio",
-            given=(Closure("ratio", rod.ratio), Closure("pressure", P)),
+            posed=Posed.at_pressure(rod, known_law(law), P),
             target=Closure("pressure", P),
             unit=rod.pressure,
             words=_words("pressure", pressure, "Pa", "p/T0", P, rod),
-            state=_state(state),
+            state=known_state(state),
             near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
         )
-        return solve(rod, _law(law), question, as_method(method), tol)
+        return solve(question, as_method(method), tol)
 
     return _guarded(ask, rod, "length_ratio", tol, throw)
 
@@ -202,28 +196,21 @@ def equilibrium(
 
     def ask() -> Equilibrium:
         b0 = known_beta0(beta0)
-        shift = _lambda(lam, beta1)
-        sigma = math.cbrt(b0)
-        chosen = _law(law)
-        pair = (Closure("length", sigma), Closure("lam", shift))
-        if b0 == 0.0:
-            if chosen is not LINEAR:
-                raise InvalidInput(
-                    "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
-                )
-            target = Closure("lam", shift)
-        else:
-            target = Closure("length", sigma)
+        shift = known_lambda(lam, beta1)
+        posed = Posed.at_groups(known_law(law), b0, shift)
+        if b0 == 0.0 and posed.law is not LINEAR:
+            raise InvalidInput(
+                "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
+            )
         question = Question(
-            asked="alpha1",
-            given=pair,
-            target=target,
+            posed=posed,
+            target=posed.given[b0 == 0.0],
             unit=float,
             words=f"beta0 = {b0:.6g}, lambda = {shift:.6g}",
-            state=_state(state),
+            state=known_state(state),
             near=_near(near, lambda e: e.alpha1, partial(finite, "near")),
         )
-        return solve(None, chosen, question, as_method(method), tol)
+        return solve(question, as_method(method), tol)
 
     return _guarded(ask, None, "alpha1", tol, throw)
 
@@ -233,34 +220,6 @@ def _words(name: str, value: float, unit: str, symbol: str, ratio: float, rod: R
     if rod.dimensionless:
         return f"{symbol} = {ratio:.6g}"
     return f"{name} {value:.6g} {unit} ({symbol} = {ratio:.6g})"
-
-
-def _law(law: str | CohesiveLaw) -> CohesiveLaw | None:
-    """Return the law to solve with; None for "auto"."""
-    if isinstance(law, CohesiveLaw):
-        return law
-    named: dict[object, CohesiveLaw | None] = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
-    if not isinstance(law, str) or law not in named:
-        raise InvalidInput(
-            f"unknown law {law!r}.",
-            remedy=f"Choose one of {', '.join(map(str, named))} or pass a CohesiveLaw.",
-        )
-    return named[law]
-
-
-def _state(state: str | None) -> str | None:
-    if state is not None and (not isinstance(state, str) or state not in STATES):
-        raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
-    return state
-
-
-def _lambda(lam: float | None, beta1: float | None) -> float:
-    if (lam is None) == (beta1 is None):
-        raise InvalidInput("give either lam or beta1, and not both.")
-    shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
-    if shift <= -PI4:
-        raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
-    return shift
 
 
 def _near(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .answer import ANSWERS
 from .errors import InvalidInput
 from .limit_derivatives import LIMITS
+from .posed import ANSWERS
 from .quantities import display
 from .result import Equilibrium
 from .rod import MATERIAL, UNITS, Rod

@@ -11,14 +11,14 @@ import numpy as np
 
 from .answer import Method, answer, as_method
 from .certify import report
-from .checks import finite, known_beta0, positive
+from .checks import known_beta0, positive
 from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family
-from .elastica import PI4
 from .errors import InvalidInput, NotCertified, NotConverged, OutOfRange
-from .phases import layout
-from .primary import Candidate, crossings, primary_branch
+from .points import Point
+from .posed import Posed, known_lambda, known_law
+from .primary import Candidate, PrimaryBranch, crossings, primary_branch
 from .question import RATIOS
 from .result import DISQUALIFYING, Equilibrium
 from .rod import Rod, require_rod
@@ -103,7 +103,8 @@ def equilibria(
     >>> [eq.state for eq in equilibria(Rod.from_ratio(1.0), length=3.05) if eq.valid]
     ['lower', 'middle']
     """
-    ask = _Ask.of(rod, pressure, length, beta0, lam, beta1, law)
+    numbers = {"pressure": pressure, "length": length, "beta0": beta0, "lam": lam, "beta1": beta1}
+    ask = _ask(rod, law, numbers)
     _require_range(ask)
     chosen = as_method(method)
     tol = positive("tol", tol)
@@ -117,71 +118,51 @@ def equilibria(
 
 @dataclass(frozen=True)
 class _Ask:
-    """A question about all states: two closures, the rod's ratio, and what is searched."""
+    """A question about all states, and what is searched for them."""
 
-    rod: Rod | None
-    law: CohesiveLaw
-    auto: bool
-    ratio: float
-    asked: str
+    posed: Posed
     target: Closure
-    given: tuple[Closure, Closure]
+
+    @property
+    def law(self) -> CohesiveLaw:
+        """The law that is solved with."""
+        return self.posed.effective_law
+
+    @property
+    def fixed(self) -> Closure:
+        """What is fixed along the rod's branch."""
+        return Closure("ratio", self.posed.ratio)
 
     @property
     def gamma(self) -> float:
         """beta1^(1/4) at a given length: how fast shapes part."""
-        return math.exp(0.25 * math.log(self.ratio)) * self.target.value
+        return math.exp(0.25 * math.log(self.posed.ratio)) * self.target.value
 
-    @classmethod
-    def of(
-        cls,
-        rod: Rod | None,
-        pressure: float | None,
-        length: float | None,
-        beta0: float | None,
-        lam: float | None,
-        beta1: float | None,
-        law: str | CohesiveLaw | None,
-    ) -> _Ask:
-        groups = beta0 is not None
-        if (rod is None) != groups or sum(v is not None for v in (pressure, length, lam, beta1)) != 1:
-            raise InvalidInput(
-                "give a rod with pressure or length, or beta0 with lam or beta1.",
-            )
-        named = {
-            None: LINEAR if groups else COHESIVE,
-            "auto": COHESIVE,
-            "linear": LINEAR,
-            "cohesive": COHESIVE,
-        }
-        if not isinstance(law, CohesiveLaw) and not (law is None or (isinstance(law, str) and law in named)):
-            raise InvalidInput(
-                f"unknown law {law!r}.", remedy="Choose auto, linear, cohesive, or pass a CohesiveLaw."
-            )
-        chosen = law if isinstance(law, CohesiveLaw) else named[law]
-        auto = law == "auto" or (law is None and not groups)
-        if groups:
-            sigma = math.cbrt(positive("beta0", known_beta0(beta0)))
-            shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
-            if shift <= -PI4:
-                raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
-            ratio, target = (PI4 + shift) / sigma**4, Closure("length", sigma)
-            return cls(None, chosen, auto, ratio, "alpha1", target, (target, Closure("lam", shift)))
-        rod = require_rod(rod)
-        fixed = Closure("ratio", rod.ratio)
-        if length is not None:
-            target, asked = Closure("length", rod.length_ratio(length)), "pressure_ratio"
-        else:
-            assert pressure is not None
-            target, asked = Closure("pressure", rod.pressure_ratio(pressure)), "length_ratio"
-        return cls(rod, chosen, auto, rod.ratio, asked, target, (fixed, target))
+
+def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, float | None]) -> _Ask:
+    """Pose the question that a rod, or none, and some numbers make."""
+    given = {name: value for name, value in numbers.items() if value is not None}
+    questions = ({"beta0", "lam"}, {"beta0", "beta1"}) if rod is None else ({"pressure"}, {"length"})
+    if set(given) not in questions:
+        raise InvalidInput("give a rod with pressure or length, or beta0 with lam or beta1.")
+    if rod is None:
+        named = known_law("linear" if law is None else law)
+        beta0 = positive("beta0", known_beta0(given["beta0"]))
+        posed = Posed.at_groups(named, beta0, known_lambda(given.get("lam"), given.get("beta1")))
+        return _Ask(posed, posed.given[0])
+    named, rod = known_law("auto" if law is None else law), require_rod(rod)
+    if "length" in given:
+        posed = Posed.at_length(rod, named, rod.length_ratio(given["length"]))
+    else:
+        posed = Posed.at_pressure(rod, named, rod.pressure_ratio(given["pressure"]))
+    return _Ask(posed, posed.given[1])
 
 
 def _require_range(ask: _Ask) -> None:
     """Raise where the search would take minutes and prove nothing."""
     low, high = RATIOS
-    if not low <= ask.ratio <= high:
-        raise OutOfRange(f"eta/y0 = {ask.ratio:.4g} is outside [{low:g}, {high:g}].")
+    if not low <= ask.posed.ratio <= high:
+        raise OutOfRange(f"eta/y0 = {ask.posed.ratio:.4g} is outside [{low:g}, {high:g}].")
     if ask.target.kind == "length" and ask.gamma > MOST_GAMMA:
         raise OutOfRange(
             f"sbar/eta = {ask.target.value:.4g} is too long to look for all states (beta1^(1/4) ="
@@ -201,7 +182,7 @@ def _search(ask: _Ask) -> list[_Found]:
     for touching in (False, True):
         if ask.law not in (LINEAR, COHESIVE):
             break  # the search from the tip knows these two
-        shooting = TipShooting(ask.law, ask.ratio, touching)
+        shooting = TipShooting(ask.law, ask.posed.ratio, touching)
         label = _label if not touching else (lambda _: "other")
         found += [_Found(p, label(p)) for p in _corrected(ask, _starts(ask, shooting))]
     if ask.target.kind == "length" and ask.gamma > EASY_GAMMA:
@@ -210,11 +191,10 @@ def _search(ask: _Ask) -> list[_Found]:
 
 
 def _on_primary_branch(ask: _Ask) -> list[_Found]:
-    closure = Closure("ratio", ask.ratio)
     found = []
     for side in (1, -1):
-        branch = primary_branch(ask.law, closure, side)
-        branch.extend(partial(_past, branch, ask.target, side))
+        branch = primary_branch(ask.law, ask.fixed, side)
+        branch.extend(partial(_past, branch, ask.target))
         for candidate in branch.candidates(ask.target):
             try:
                 found.append(_Found(candidate.profile, candidate.state))
@@ -223,31 +203,30 @@ def _on_primary_branch(ask: _Ask) -> list[_Found]:
     return found
 
 
-def _past(branch: object, target: Closure, side: int, last: object) -> bool:
+def _past(branch: PrimaryBranch, target: Closure, last: Point) -> bool:
     """Whether an endless side of the branch has been walked far enough."""
-    points = branch.points  # type: ignore[attr-defined]
-    s = last.scalars  # type: ignore[attr-defined]
-    endless = side < 0 or branch.family.law is LINEAR  # type: ignore[attr-defined]
-    if not endless or len(points) < 2:
+    s, side = last.scalars, branch.side
+    endless = side < 0 or branch.family.law is LINEAR
+    if not endless or len(branch.points) < 2:
         return False
     if target.kind == "length":
         beyond = s.sigma > target.value and not PRESSURES[0] < s.pressure_ratio < PRESSURES[1]
     else:
         beyond = s.pressure_ratio > target.value if side < 0 else s.pressure_ratio < target.value
-    return beyond or len(points) > 200
+    return beyond or len(branch.points) > 200
 
 
 def _starts(ask: _Ask, shooting: TipShooting) -> list[Profile]:
     if ask.target.kind == "length":
         lowest = PRESSURES[0] if ask.law is LINEAR else 0.002
         return starts_at_length(shooting, ask.target.value, (lowest, PRESSURES[1]))
-    branch = primary_branch(ask.law, Closure("ratio", ask.ratio))
+    branch = primary_branch(ask.law, ask.fixed)
     longest = 1.2 * max((p.scalars.sigma for p in branch.points), default=4.0)
     return starts_at_pressure(shooting, ask.target.value, longest)
 
 
 def _corrected(ask: _Ask, starts: list[Profile]) -> list[Profile]:
-    family = Family(ask.law, SEARCH, Closure("ratio", ask.ratio), tip_free=False)
+    family = Family(ask.law, SEARCH, ask.fixed, tip_free=False)
     solved = (family.solve(start, ask.target) for start in starts)
     return [problem.profile(result.x) for problem, result in (s for s in solved if s is not None)]
 
@@ -262,7 +241,7 @@ def _with_detours(ask: _Ask, found: list[_Found]) -> list[_Found]:
     queue, every = list(found), list(found)
     while queue and len(every) < MOST_STATES:
         state = queue.pop(0)
-        for candidate in _met_again(isolength, state.profile, Closure("ratio", ask.ratio)):
+        for candidate in _met_again(isolength, state.profile, ask.fixed):
             try:
                 profile = candidate.profile
             except NotConverged:
@@ -309,13 +288,11 @@ def _same(a: Equilibrium, b: Equilibrium) -> bool:
 
 def _certified(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium | None:
     """Solve with the method asked for; None where it is not certified."""
-    plan = layout(ask.law, found.profile)
-    start = found.profile.rephased(plan.breaks)
     try:
-        solved = answer(start, plan.phases, ask.given, ask.asked, method, tol)
+        solved = answer(ask.posed, found.profile, method, tol)
     except (NotConverged, NotCertified):
         return None
-    eq = report(ask.rod, None if ask.auto else ask.law, ask.asked, found.state, solved, tol)
+    eq = report(ask.posed, found.state, solved, tol)
     if not eq.certified:
         return None
     physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])

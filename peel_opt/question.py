@@ -10,20 +10,18 @@ from functools import partial
 
 import numpy as np
 
-from .answer import ANSWERS, Answer, Method, answer
+from .answer import Answer, Method, answer
 from .certify import report
 from .checks import positive
 from .closed_form import closed_form
 from .closures import Closure, rows
-from .cohesion import COHESIVE, LINEAR, CohesiveLaw
-from .elastica import PI4, Scalars
+from .cohesion import LINEAR
 from .errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
 from .isobars import states_near
-from .phases import layout
 from .points import Point
+from .posed import Posed
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
 from .result import Equilibrium
-from .rod import Rod
 
 #: eta/y0 between which the walk along the primary branch is tested.
 RATIOS = (0.005, 3000.0)
@@ -44,9 +42,7 @@ class Question:
 
     Parameters
     ----------
-    asked : {"pressure_ratio", "length_ratio", "alpha1"}
-    given : tuple of Closure
-        What closes the final solve.
+    posed : Posed
     target : Closure
         What the walk along the branch looks for.
     unit : callable
@@ -58,22 +54,12 @@ class Question:
         Value of the answer, dimensionless, to which the state should be nearest.
     """
 
-    asked: str
-    given: tuple[Closure, Closure]
+    posed: Posed
     target: Closure
     unit: Callable[[float], float]
     words: str
     state: str | None
     near: float | None
-
-    @property
-    def given_name(self) -> str:
-        """What the caller calls the given number."""
-        return {"pressure_ratio": "length", "length_ratio": "pressure", "alpha1": "lambda"}[self.asked]
-
-    def read(self, scalars: Scalars) -> float:
-        """Return the answered number of a solution."""
-        return float(ANSWERS[self.asked](scalars))
 
     def fits(self, label: str) -> bool:
         """Whether a state with this label is meant."""
@@ -82,32 +68,21 @@ class Question:
         return label == self.state or (self.state == "unfolded" and label in UNFOLDED)
 
 
-def solve(
-    rod: Rod | None, law: CohesiveLaw | None, question: Question, method: Method, tol: float
-) -> Equilibrium:
-    """Find the state a question means, solve for it and certify the answer.
-
-    Parameters
-    ----------
-    law : CohesiveLaw or None
-        None for "auto".
-    """
+def solve(question: Question, method: Method, tol: float) -> Equilibrium:
+    """Find the state a question means, solve for it and certify the answer."""
     tol = positive("tol", tol)
-    began = time.perf_counter()
-    effective = COHESIVE if law is None else law
+    began, posed = time.perf_counter(), question.posed
     if method.series and question.near is None and question.state != "folded":
         _path_closure(question)
-        summed = _summed(rod, law, question, method, tol)
+        summed = _summed(question, method, tol)
         if summed is not None:
             return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
         if method.transcription is not None:
             method = replace(method, series=())
-    chosen, spacing, walked = _select(effective, question)
-    plan = layout(effective, chosen.profile)
-    start = chosen.profile.rephased(plan.breaks)
-    solved = answer(start, plan.phases, question.given, question.asked, method, tol)
-    result = report(rod, law, question.asked, chosen.state, solved, tol)
-    own = question.read(chosen.profile.scalars)
+    chosen, spacing, walked = _select(question)
+    solved = answer(posed, chosen.profile, method, tol)
+    result = report(posed, chosen.state, solved, tol)
+    own = posed.read(chosen.profile.scalars)
     jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
     if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
         raise NotConverged(
@@ -118,7 +93,7 @@ def solve(
     result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
     if not result.certified:
         raise NotCertified(
-            f"{question.words}: found {question.asked} = {result.answer:.8g}, but its error"
+            f"{question.words}: found {posed.asked} = {result.answer:.8g}, but its error"
             f" {result.error:.1e} or its certificate {result.certificate:.1e} exceeds tol = {tol:.1e}"
             f" (condition of the question {stats.condition:.1e}).",
             remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
@@ -134,19 +109,17 @@ def _distance(question: Question, answer: float) -> tuple[str, ...]:
     return (f"far from near={question.near:.4g}",)
 
 
-def _summed(
-    rod: Rod | None, law: CohesiveLaw | None, question: Question, method: Method, tol: float
-) -> Equilibrium | None:
+def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:
     """Answer in closed form, without a walk; None where that is out of reach."""
-    effective = COHESIVE if law is None else law
+    posed = question.posed
     for order in method.series:
         state = question.state or "unfolded"
         try:
-            found = closed_form(effective, question.given, question.asked, state, (order,), tol)
+            found = closed_form(posed, state, (order,), tol)
         except NotConverged:
             continue
         solved = Answer(found.problem, found.x, found.error, found.stats)
-        result = report(rod, law, question.asked, found.state, solved, tol)
+        result = report(posed, found.state, solved, tol)
         if result.certified and question.fits(found.state):
             return result
     return None
@@ -154,7 +127,7 @@ def _summed(
 
 def _path_closure(question: Question) -> Closure:
     """Return what stays fixed along the branch to walk: a rod's ratio, or beta0 = 0."""
-    first, second = question.given
+    first = question.posed.given[0]
     if first.kind == "ratio":
         low, high = RATIOS
         if not low <= first.value <= high:
@@ -165,29 +138,29 @@ def _path_closure(question: Question) -> Closure:
         return first
     if first.value == 0.0:
         return first
-    return Closure("ratio", (PI4 + second.value) / first.value**4)
+    return Closure("ratio", question.posed.ratio)
 
 
-def _select(law: CohesiveLaw, question: Question) -> tuple[Candidate, float, int]:
+def _select(question: Question) -> tuple[Candidate, float, int]:
     """Walk as far as the question needs and pick the state it means.
 
     Returns the state, how far its answer is from that of the next one, and the length of
     the walk in points.
     """
-    closure = _path_closure(question)
-    branch = primary_branch(law, closure, -1 if question.state == "spurious" else 1)
+    closure, posed = _path_closure(question), question.posed
+    branch = primary_branch(posed.effective_law, closure, -1 if question.state == "spurious" else 1)
     branch.extend(partial(_far_enough, branch, question))
     found = branch.candidates(question.target)
     if question.near is not None:
-        found = found + _off_the_branch(law, closure, question)
+        found = found + _off_the_branch(closure, question)
     fitting = [c for c in found if question.fits(c.state)]
     if not fitting:
         raise _nothing_fits(branch, question, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
-        values = [question.read(c.profile.scalars) for c in fitting]
-        listed = ", ".join(f"{question.asked} = {v:.6g}" for v in values)
+        values = [posed.read(c.profile.scalars) for c in fitting]
+        listed = ", ".join(f"{posed.asked} = {v:.6g}" for v in values)
         raise AmbiguousState(
             f"{question.words}: {len(fitting)} {question.state} states fit: {listed}.",
             remedy="Pick one with near=.",
@@ -195,20 +168,20 @@ def _select(law: CohesiveLaw, question: Question) -> tuple[Candidate, float, int
         )
     else:
         chosen = min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))  # the lowest pressure
-    own = question.read(chosen.profile.scalars)
-    others = np.array([c.estimate(question.read) for c in found if c is not chosen])
+    own = posed.read(chosen.profile.scalars)
+    others = np.array([c.estimate(posed.read) for c in found if c is not chosen])
     apart = np.abs(others - own)
     # What coincides with the chosen state is the same state, met on another walk.
     spacing = float(np.min(apart[apart > 1e-4 * (1.0 + abs(own))], initial=np.inf))
     return chosen, spacing, len(branch.points)
 
 
-def _off_the_branch(law: CohesiveLaw, closure: Closure, question: Question) -> list[Candidate]:
+def _off_the_branch(closure: Closure, question: Question) -> list[Candidate]:
     """States that are not on the detached primary branch, near the answer sought."""
     if question.near is None or question.target.kind != "length":
         return []
-    beta0 = question.target.value**3
-    P = question.near if question.asked == "pressure_ratio" else 1.0 + question.near / beta0
+    law, beta0 = question.posed.effective_law, question.target.value**3
+    P = question.near if question.posed.asked == "pressure_ratio" else 1.0 + question.near / beta0
     if P < 1.0:
         return states_near(law, closure.value, question.target.value, P)
     beyond = primary_branch(law, closure, -1)
@@ -219,11 +192,11 @@ def _off_the_branch(law: CohesiveLaw, closure: Closure, question: Question) -> l
 def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candidate:
     """Pick the state whose answer is nearest to the one sought, solving only where it is close."""
     assert question.near is not None
-    near = question.near
-    guessed = [abs(c.estimate(question.read) - near) for c in candidates]
+    near, read = question.near, question.posed.read
+    guessed = [abs(c.estimate(read) - near) for c in candidates]
     margin = 2.0 * min(guessed) + 0.02 * (1.0 + abs(near))
     close = [c for c, distance in zip(candidates, guessed, strict=True) if distance <= margin]
-    distances = [abs(question.read(c.profile.scalars) - near) for c in close]
+    distances = [abs(read(c.profile.scalars) - near) for c in close]
     same = min(distances) + 1e-7 * (1.0 + abs(near))
     # A state of the primary branch may be met on another walk too: its own label comes first.
     return next(c for c, distance in zip(close, distances, strict=True) if distance <= same)
@@ -253,12 +226,12 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
         in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
         if _heads_for(branch, question.target) or not in_range:
             return _not_followed(branch, question, in_range)
-    nearest = _nearest(branch, question)
+    nearest, posed = _nearest(branch, question), question.posed
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
-        message += f" The nearest that does exist: {question.given_name} = {nearest:.8g}."
+        message += f" The nearest that does exist: {question.posed.given_name} = {nearest:.8g}."
     if found:
-        listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)
+        listed = (f"{c.state} ({posed.asked} about {c.estimate(posed.read):.4g})" for c in found)
         message += f" States that do exist there: {', '.join(listed)}."
     remedy = "Ask for one of them with state=." if found else ""
     return NoEquilibrium(message, remedy=remedy, nearest=nearest)
@@ -294,11 +267,11 @@ def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> 
 
 def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
     """Value of the given number, nearest to the one asked, that the wanted states have."""
-    if question.asked == "alpha1" and branch.side > 0:
+    if question.posed.asked == "alpha1" and branch.side > 0:
         # The caller keeps beta0, so what exists is read off the branch at this beta0.
-        branch = primary_branch(branch.family.law, question.given[0])
+        branch = primary_branch(branch.family.law, question.posed.given[0])
         branch.extend(lambda _: bool(branch.folds) or len(branch.points) > FAR)
-        asked, values = question.given[1].value, [p.scalars.lam for p in branch.points]
+        asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
     else:
         kind, asked = question.target.kind, question.target.value
         wanted = [p.scalars for p in branch.points if question.fits(branch.state_at(p.arclength))]

@@ -21,8 +21,8 @@ import numpy as np
 from .answer import Method, as_method
 from .checks import positive
 from .cohesion import CohesiveLaw
-from .detachment import STATES
 from .errors import InvalidInput
+from .posed import known_law, known_state
 from .rod import MATERIAL, Rod
 from .storage import Units
 from .transcription.base import Transcription
@@ -54,14 +54,9 @@ class Options:
     def __post_init__(self) -> None:
         positive("tol", self.tol)
         as_method(self.method)
-        if self.state is not None and self.state not in STATES:
-            raise InvalidInput(f"unknown state {self.state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
-        named = (None, "auto", "linear", "cohesive")
-        if not isinstance(self.law, CohesiveLaw) and self.law not in named:
-            raise InvalidInput(
-                f"unknown law {self.law!r}.",
-                remedy="Choose auto, linear or cohesive, or pass a CohesiveLaw.",
-            )
+        known_state(self.state)
+        if self.law is not None:
+            known_law(self.law)
 
     def keywords(self) -> dict[str, Any]:
         """Return what to pass to a single call."""

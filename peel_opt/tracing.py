@@ -22,6 +22,7 @@ from .continuation import Family, StepControl
 from .elastica import PI4, Scalars
 from .errors import InvalidInput, NotConverged
 from .points import Point, arclength_between
+from .posed import known_law
 from .primary import PrimaryBranch
 from .rod import Rod, require_rod
 from .specials import RANGE, locate
@@ -106,7 +107,8 @@ def trace(
     """
     if (rod is None) == (beta0 is None):
         raise InvalidInput("give either a rod or beta0 to trace.")
-    chosen = _law(law, rod)
+    named = known_law(("linear" if rod is None else "cohesive") if law is None else law)
+    chosen = COHESIVE if named is None else named
     mode = whole("mode", mode, 1, MOST_MODES)
     points = whole("points", points, 2, MOST_POINTS)
     tol = positive("tol", tol)
@@ -182,20 +184,6 @@ def _require_identity(branch: Branch, within: float) -> None:
             " overlooked.",
             remedy="Trace it with more points, or another mesh.",
         )
-
-
-def _law(law: str | CohesiveLaw | None, rod: Rod | None) -> CohesiveLaw:
-    if isinstance(law, CohesiveLaw):
-        return law
-    named = {
-        None: LINEAR if rod is None else COHESIVE,
-        "linear": LINEAR,
-        "cohesive": COHESIVE,
-        "auto": COHESIVE,
-    }
-    if not (law is None or isinstance(law, str)) or law not in named:
-        raise InvalidInput(f"unknown law {law!r}.", remedy="Choose linear, cohesive, or pass a CohesiveLaw.")
-    return named[law]
 
 
 def _window(lam: tuple[float, float]) -> tuple[float, float]:

@@ -408,7 +408,15 @@ def test_states_at_random_groups_are_those_of_the_independent_solver(seed: int) 
         {"beta0": 4.0},
         {"beta0": 0.0, "lam": 1.0},
         {"beta0": 4.0, "lam": 1.0, "beta1": 2.0},
+        {"beta0": 4.0, "lam": 1.0, "pressure": 0.5},
+        {"beta0": 4.0, "pressure": 0.5},
         {"pressure": 0.5},
+        {"rod": po.Rod.from_ratio(1.0)},
+        {"rod": po.Rod.from_ratio(1.0), "lam": 1.0},
+        {"rod": po.Rod.from_ratio(1.0), "pressure": 0.5, "length": 3.0},
+        {"rod": po.Rod.from_ratio(1.0), "beta0": 4.0, "lam": 1.0},
+        {"rod": po.Rod.from_ratio(1.0), "pressure": 0.5, "law": "linaer"},
+        {"rod": 1.0, "pressure": 0.5},
     ],
 )
 def test_searches_that_cannot_be_meant(arguments: dict) -> None:

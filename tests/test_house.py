@@ -28,7 +28,7 @@ FLOORS = {
     "transcriptions": "transcription transcription.* phases shape tip_scan",
     "solvers": "newton nlp rounding",
     "walks": "points continuation batches specials primary isobars fold_system",
-    "answers": "result closed_form answer certify question many_states detachment storage",
+    "answers": "result posed closed_form answer certify question many_states detachment storage",
     "branches": "branch branch_parts assembly tracing following fold_curves fold_optimum branch_files",
     "readings": "reduction reduced_diagram effective_potential traced_potential normal_form_fit landau"
     " maxwell_points design_relations lambda_loop pressure_loop hysteresis_loops small_motions"

@@ -13,10 +13,9 @@ from ..certify import report
 from ..closures import Closure
 from ..continuation import Family
 from ..detachment import equilibrium, length_given_pressure, pressure_given_length
-from ..elastica import Scalars
 from ..errors import NoEquilibrium, NotCertified, NotConverged, PeelOptError
 from ..maxwell_points import TURN
-from ..phases import layout
+from ..posed import Posed
 from ..primary import UNFOLDED, Candidate
 from ..result import Equilibrium
 from ..shape import Solution
@@ -158,53 +157,50 @@ def _nearest(state: State, value: float | None) -> State | None:
 
 
 @dataclass(frozen=True)
-class _Posed:
-    """A question in dimensionless form; ``near`` is the answer sought, if one is."""
+class _Ask:
+    """A question, what is looked for along the walks, and the answer sought, if one is."""
 
-    asked: str
-    given: tuple[Closure, Closure]
+    posed: Posed
     target: Closure
     near: float | None
 
 
-def _posed(state: State) -> _Posed:
-    rod = state.rod
+def _ask(state: State) -> _Ask:
+    # None: law (8), or linear where the two agree.
+    rod, law = state.rod, law_of(state) if state.law == "linear" else None
     if rod is None:
-        pair = Closure("length", math.cbrt(state.beta0)), Closure("lam", state.lam)
+        posed = Posed.at_groups(law, state.beta0, state.lam)
         # Beyond the turn the branch from T at this beta0 does not hold all states: the rod's does.
-        return _Posed("alpha1", pair, pair[0] if state.beta0 >= TURN else pair[1], state.near)
-    fixed = Closure("ratio", rod.ratio)
+        return _Ask(posed, posed.given[state.beta0 < TURN], state.near)
     if state.given == "length":
-        target = Closure("length", rod.length_ratio(state.value))
-        near = None if state.near is None else rod.pressure_ratio(state.near)
-        return _Posed("pressure_ratio", (fixed, target), target, near)
-    target = Closure("pressure", rod.pressure_ratio(state.value))
-    near = None if state.near is None else rod.length_ratio(state.near)
-    return _Posed("length_ratio", (fixed, target), target, near)
+        posed = Posed.at_length(rod, law, rod.length_ratio(state.value))
+        return _Ask(posed, posed.given[1], None if state.near is None else rod.pressure_ratio(state.near))
+    posed = Posed.at_pressure(rod, law, rod.pressure_ratio(state.value))
+    return _Ask(posed, posed.given[1], None if state.near is None else rod.length_ratio(state.near))
 
 
 def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equilibrium:
     """Pick the state on the walks and solve for it."""
-    law, posed = law_of(state), _posed(state)
-    if state.rod is None and posed.target.kind == "length":
+    law, ask = law_of(state), _ask(state)
+    if state.rod is None and ask.target.kind == "length":
         walks = (quick_rod(law, state.effective_ratio, deadline)[0],)
-        if state.label == "spurious" or (posed.near is not None and posed.near > 0.0):
-            sigma, beyond = posed.target.value, quick_branch(law, "ratio", state.effective_ratio, -1)
+        if state.label == "spurious" or (ask.near is not None and ask.near > 0.0):
+            sigma, beyond = ask.target.value, quick_branch(law, "ratio", state.effective_ratio, -1)
             beyond.extend(lambda p: p.scalars.sigma > sigma or time.perf_counter() > deadline)
             walks = (*walks, beyond)
-    found = [candidate for walk in walks for candidate in walk.candidates(posed.target)]
-    chosen = _chosen(state, posed, found)
+    found = [candidate for walk in walks for candidate in walk.candidates(ask.target)]
+    chosen = _chosen(state, ask, found)
     if chosen is None:
-        raise _none(state, posed.target, walks, found)
-    return _solved(state, posed, chosen.profile, chosen.state)
+        raise _none(state, ask.target, walks, found)
+    return _solved(state, ask.posed, chosen.profile, chosen.state)
 
 
 def _followed(state: State, before: Equilibrium) -> Equilibrium | None:
     """Solve from the picture before; None unless it is the same state, a little moved."""
     if not isinstance(before.source, Solution) or not _fits(state.label, before.state):
         return None
-    posed, start = _posed(state), before.source.problem.profile(before.source.x)
-    moved = Family(law_of(state), MOVING, posed.given[0]).solve(start, posed.given[1])
+    posed, start = _ask(state).posed, before.source.problem.profile(before.source.x)
+    moved = Family(posed.effective_law, MOVING, posed.given[0]).solve(start, posed.given[1])
     if moved is None:
         return None
     profile = moved[0].profile(moved[1].x)
@@ -216,16 +212,13 @@ def _followed(state: State, before: Equilibrium) -> Equilibrium | None:
         return None
 
 
-def _solved(state: State, posed: _Posed, profile: Profile, label: str) -> Equilibrium:
+def _solved(state: State, posed: Posed, profile: Profile, label: str) -> Equilibrium:
     """Solve on one mesh from a solution, with the error from a second."""
-    law = law_of(state)
-    plan = layout(law, profile)
     mesh, tol = MESHES.get(state.accuracy, MOVING), max(METHODS[state.accuracy][1], MOVING_TOL)
     method = Method(mesh, adaptive=False)
-    solved = answer(profile.rephased(plan.breaks), plan.phases, posed.given, posed.asked, method, tol)
-    named = law if state.law == "linear" else None  # None: law (8), or linear where the two agree
-    result = report(state.rod, named, posed.asked, label, solved, tol)
-    if abs(result.answer - _read(posed.asked, profile.scalars)) > 0.1 * (1.0 + abs(result.answer)):
+    solved = answer(posed, profile, method, tol)
+    result = report(posed, label, solved, tol)
+    if abs(result.answer - posed.read(profile.scalars)) > 0.1 * (1.0 + abs(result.answer)):
         raise NotConverged("the quick solve left the branch.", remedy="Let the slider rest.")
     if not result.certified:
         raise NotCertified(
@@ -236,23 +229,18 @@ def _solved(state: State, posed: _Posed, profile: Profile, label: str) -> Equili
     return result
 
 
-def _read(asked: str, scalars: Scalars) -> float:
-    name = {"pressure_ratio": "pressure_ratio", "length_ratio": "sigma", "alpha1": "alpha1"}[asked]
-    return float(getattr(scalars, name))
-
-
 def _fits(wanted: str, label: str) -> bool:
     return label == wanted or (wanted == "unfolded" and label in UNFOLDED)
 
 
-def _chosen(state: State, posed: _Posed, found: list[Candidate]) -> Candidate | None:
-    near = posed.near
+def _chosen(state: State, ask: _Ask, found: list[Candidate]) -> Candidate | None:
+    near = ask.near
     anything = state.label == "unfolded" and near is not None
     fitting = [c for c in found if anything or _fits(state.label, c.state)]
     if not fitting:
         return None
     if near is not None:
-        return min(fitting, key=lambda c: abs(c.estimate(lambda s: _read(posed.asked, s)) - near))
+        return min(fitting, key=lambda c: abs(c.estimate(ask.posed.read) - near))
     # The lowest pressure, as everywhere in this package.
     return min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))
 
