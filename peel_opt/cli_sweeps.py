@@ -205,10 +205,14 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 def _folder(arguments: argparse.Namespace) -> Path | None:
     """Return the folder to write to; a journal there is taken up only on request."""
+    from .sweep_files import require_netcdf
+
     if arguments.out is None:
         if arguments.resume or arguments.netcdf:
             raise InvalidInput("--resume and --netcdf need --out DIR.")
         return None
+    if arguments.netcdf:
+        require_netcdf()
     folder = out_folder(arguments)
     assert folder is not None
     if (folder / "sweep.journal").exists() and not arguments.resume:

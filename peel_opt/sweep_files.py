@@ -124,6 +124,15 @@ def as_dataset(sweep: Sweep) -> Any:
     return xarray.Dataset(variables, coordinates | fixed, attributes)
 
 
+def require_netcdf() -> None:
+    """Raise `MissingExtra` where `write_netcdf` could not: better said before a sweep than after."""
+    for name in ("xarray", "h5netcdf"):
+        try:
+            import_module(name)
+        except ImportError as error:
+            raise MissingExtra(f"NetCDF needs {name}.", remedy=INSTALL) from error
+
+
 def write_netcdf(sweep: Sweep, path: str | Path) -> Path:
     """Write a sweep as NetCDF 4.
 
@@ -132,11 +141,8 @@ def write_netcdf(sweep: Sweep, path: str | Path) -> Path:
     MissingExtra
         If xarray or h5netcdf is not installed.
     """
+    require_netcdf()
     dataset = as_dataset(sweep)
-    try:
-        import_module("h5netcdf")
-    except ImportError as error:
-        raise MissingExtra("NetCDF needs h5netcdf.", remedy=INSTALL) from error
     with TemporaryDirectory() as folder:
         draft = Path(folder) / "sweep.nc"
         dataset.to_netcdf(draft, engine="h5netcdf")

@@ -137,6 +137,17 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "another sweep" in capsys.readouterr().err
 
 
+def test_a_missing_extra_is_said_before_the_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "h5netcdf", None)
+    out = tmp_path / "out"
+    command = ["sweep", "--ratio", "1,2", "--pressure-ratio", "0.8", "--out", str(out), "--netcdf"]
+    assert main(command) == 1
+    assert "pip install 'peel_opt[xarray]'" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_command_line_without_a_folder_prints_csv(capsys: pytest.CaptureFixture[str]) -> None:
     card = str(Path(__file__).parents[1] / "problems" / "aortic_flap.toml")
     assert main(["sweep", "--card", card, "--pressure", "0.1 T0,0.7 T0"]) == 1
