@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
@@ -11,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, mod
 from .answer import as_method
 from .detachment import equilibrium, length_given_pressure, pressure_given_length
 from .errors import InvalidInput
-from .posed import STATES
+from .posed import known_state
 from .quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
 from .result import Equilibrium
 from .rod import Rod
@@ -19,12 +18,6 @@ from .rod import Rod
 
 def _read(value: object, info: ValidationInfo, *, kind: Kind, signed: bool = False) -> float:
     return parse(str(info.field_name), value, kind, signed=signed)
-
-
-def _known_state(value: object) -> object:
-    if value not in STATES:
-        raise InvalidInput(f"state must be one of {', '.join(STATES)}, got {value!r}.")
-    return value
 
 
 def _known_method(value: Any) -> Any:
@@ -139,7 +132,7 @@ class Question(Table):
     length: Any = None
     length_ratio: Number | None = None
     law: Literal["auto", "linear", "cohesive"] | None = None
-    state: Annotated[str, BeforeValidator(_known_state)] | None = None
+    state: Annotated[str, BeforeValidator(known_state)] | None = None
     near: Any = None
     tol: Number | None = None
     method: Annotated[str, BeforeValidator(_known_method)] | None = None
@@ -171,7 +164,7 @@ class Question(Table):
         details = (self.state, self.law and f"{self.law} law", self.near and f"near {self.near}")
         return ", ".join([words, *filter(None, details)])
 
-    def pose(self, problem: Rod | GroupsTable) -> Callable[[], Equilibrium]:
+    def pose(self, problem: Rod | GroupsTable) -> partial[Equilibrium]:
         """Return the question as a call without arguments.
 
         Raises

@@ -70,7 +70,7 @@ def equilibria(
 
     The states on the rod's primary branch are read off it, completely.  Off it, a grid of
     shapes shot from the free tip is searched; that finds what lies in its range, but proves
-    nothing about what it does not find.
+    nothing about what it does not find.  The grid takes from half a second to some seconds.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ two numbers, all cells at once.  The grid is set by the range asked for, not by 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -173,23 +173,25 @@ def _both_vanish(f: np.ndarray, g: np.ndarray) -> np.ndarray:
     return np.argwhere(changes(f) & changes(g))
 
 
-def _refined(misses: object, angle: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _refined(
+    misses: Callable[[np.ndarray], np.ndarray], angle: np.ndarray, value: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Newton's method for two equations in two unknowns, for all candidates at once."""
     x = np.stack([angle, value])
     for _ in range(NEWTON_STEPS):
-        f = misses(x)  # type: ignore[operator]
+        f = misses(x)
         columns = []
         for k in range(2):
             h = 1e-7 * (1.0 + np.abs(x[k]))
             moved = x.copy()
             moved[k] += h
-            columns.append((misses(moved) - f) / h)  # type: ignore[operator]
+            columns.append((misses(moved) - f) / h)
         (a, c), (b, d) = columns
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = np.stack([d * f[0] - b * f[1], a * f[1] - c * f[0]]) / (a * d - b * c)
         step = np.nan_to_num(step, nan=0.0, posinf=0.0, neginf=0.0)
         x = x - step * np.minimum(1.0, 0.3 / np.maximum(np.abs(step).max(axis=0), 1e-300))
-    close = np.abs(misses(x)).max(axis=0) < CLOSE  # type: ignore[operator]
+    close = np.abs(misses(x)).max(axis=0) < CLOSE
     # Many cells lead to the same state.
     kept = np.unique(np.round(x[:, close], 5), axis=1, return_index=True)[1]
     return x[0, close][kept], x[1, close][kept]

@@ -13,6 +13,7 @@ units of T0 eta^2 for energies and eta^2 for areas.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import casadi as ca
@@ -158,7 +159,7 @@ def _areas(branch: Branch, family: Family, rate: np.ndarray) -> tuple[np.ndarray
 def _rates(law: CohesiveLaw, problem: Discretisation, x: np.ndarray, t: np.ndarray) -> list[float]:
     """U, Phi and the rates of U, Phi, S, A along a tangent."""
     nodes, weights = gauss(POINTS)
-    fields, rates = (part.full() for part in _with_rates(problem, nodes)(x, t))
+    fields, rates = (part.full() for part in _with_rates(problem)(x, t))
     s, d = problem.scalars(x), problem.scalars(t)
     lengths = problem.lengths(x)
     dl = problem.lengths(t) - np.eye(len(lengths))[-1]  # the last is 1 minus the others
@@ -191,11 +192,10 @@ def _rates(law: CohesiveLaw, problem: Discretisation, x: np.ndarray, t: np.ndarr
     return [U, Phi, dU, dPhi, dS, d.A]
 
 
-def _with_rates(problem: Discretisation, nodes: np.ndarray) -> ca.Function:
-    """Compiled (x, t) -> fields at the nodes of every phase and their rates along t."""
-    if not hasattr(problem, "_rate_sampler"):
-        t = ca.MX.sym("t", problem.size)
-        sample = problem.sample_expression(nodes)
-        rate = ca.reshape(ca.jtimes(ca.vec(sample), problem.x, t), *sample.shape)
-        problem._rate_sampler = ca.Function("rates", [problem.x, t], [sample, rate])  # type: ignore[attr-defined]
-    return problem._rate_sampler  # type: ignore[attr-defined]
+@lru_cache(maxsize=64)  # a branch is on a few meshes
+def _with_rates(problem: Discretisation) -> ca.Function:
+    """Compiled (x, t) -> fields at the Gauss nodes of every phase and their rates along t."""
+    t = ca.MX.sym("t", problem.size)
+    sample = problem.sample_expression(gauss(POINTS)[0])
+    rate = ca.reshape(ca.jtimes(ca.vec(sample), problem.x, t), *sample.shape)
+    return ca.Function("rates", [problem.x, t], [sample, rate])

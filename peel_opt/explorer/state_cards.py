@@ -71,15 +71,15 @@ def from_card(card: Card) -> State:
     """
     question = card.questions[0]
     posed = question.pose(card.problem)
-    given: dict[str, Any] = dict(posed.keywords)  # type: ignore[attr-defined]
+    given: dict[str, Any] = dict(posed.keywords)
     rod = card.rod()
     law = "linear" if given.get("law", "linear" if rod is None else "auto") == "linear" else "cohesive"
     common: dict[str, Any] = {"law": law, "label": given.get("state") or "unfolded", "near": given["near"]}
     if rod is None:
         lam = given["lam"] if given["lam"] is not None else given["beta1"] - PI4
         return State(beta0=given["beta0"], lam=lam, **common)
-    asks_length = posed.func is length_given_pressure  # type: ignore[attr-defined]
-    value = posed.args[1]  # type: ignore[attr-defined]
+    asks_length = posed.func is length_given_pressure
+    value = posed.args[1]
     start = (
         State(ratio=rod.ratio)
         if rod.dimensionless
