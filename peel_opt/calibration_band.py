@@ -56,11 +56,11 @@ def band(fit: Calibration) -> tuple[np.ndarray, np.ndarray | None]:
     # Each point as if it were measured, with standard deviations of one eta and one T0.
     seen = [Observation("point", s.sigma, s.pressure_ratio, 1.0, 1.0, "unfolded") for s in points]
     problem = Problem(seen, rod.ratio, fit.problem.free, None)
-    posed = problem.pose(np.zeros(3), [Placed(profile) for profile in profiles])
+    blocks = problem.pose(np.zeros(3), [Placed(profile) for profile in profiles])
     root = np.linalg.cholesky(fit.log_covariance + 1e-30 * np.eye(len(fit.free)))
     sideways = [
         _across(signature, u, d, fit.problem.free, root, ranges / (rod.eta, rod.adhesion_strength))
-        for signature, u, d in zip(posed.signatures, posed.state.unknowns, posed.state.data, strict=True)
+        for signature, u, d in zip(blocks.signatures, blocks.state.unknowns, blocks.state.data, strict=True)
     ]
     return curve, np.array(sideways) * (rod.eta, rod.adhesion_strength)
 

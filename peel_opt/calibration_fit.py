@@ -101,13 +101,13 @@ def calibrate(
         raise InvalidInput(f"solver must be a Solver, got {solver!r}.")
     _require_enough(seen, mask)
     _require_reach(seen, known)
-    posed = Problem([], 1.0, mask, delta, solver=solver or Solver())
-    with watched(posed) as problem:
+    empty = Problem([], 1.0, mask, delta, solver=solver or Solver())
+    with watched(empty) as problem:
         result = _fit(seen, known, rod, problem)
         found = warnings_of(result)
         if loss == "least-squares" and result.degrees > 0 and result.p_value < RARE:
             found += _contradictions(result, known)
-    return replace(result, problem=replace(result.problem, watch=posed.watch), warnings=found)
+    return replace(result, problem=replace(result.problem, watch=empty.watch), warnings=found)
 
 
 def _fit(
@@ -117,7 +117,7 @@ def _fit(
     mask, delta = problem.free, problem.delta
     chosen = best(seen, known, rod, problem)
     problem, fitted = chosen.problem, chosen.fitted
-    model = linear_model(fitted.posed, mask, delta)
+    model = linear_model(fitted.blocks, mask, delta)
     return Calibration(
         rod=rod_at(chosen.reference, fitted.q),
         free=tuple(name for name, yes in zip(MATERIAL, mask, strict=True) if yes),

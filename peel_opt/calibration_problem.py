@@ -51,14 +51,14 @@ class Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class Posed:
+class Blocks:
     """The blocks of all observations: signatures, unknowns and data, and how points were sorted."""
 
     signatures: list[Signature]
     state: State
     orders: list[np.ndarray]
 
-    def same_as(self, other: Posed) -> bool:
+    def same_as(self, other: Blocks) -> bool:
         """Whether phases and the sorting of measured points are the same."""
         return self.signatures == other.signatures and all(
             np.array_equal(a, b) for a, b in zip(self.orders, other.orders, strict=True)
@@ -78,7 +78,7 @@ class Posed:
 class Fitted:
     """A solved programme whose phases are those of its solution."""
 
-    posed: Posed
+    blocks: Blocks
     outcome: Outcome
     rounds: int
     iterations: int
@@ -125,7 +125,7 @@ class Problem:
     solver: Solver = field(default_factory=Solver)
     watch: Callable[[], object] = field(default=_unwatched, repr=False)
 
-    def pose(self, q: np.ndarray, places: Sequence[Placed]) -> Posed:
+    def pose(self, q: np.ndarray, places: Sequence[Placed]) -> Blocks:
         """Return blocks with the phases and feet of these solutions."""
         signatures, unknowns, data, orders = [], [], [], []
         for observation, place in zip(self.observations, places, strict=True):
@@ -134,7 +134,7 @@ class Problem:
             unknowns.append(u)
             data.append(d)
             orders.append(order)
-        return Posed(signatures, State(np.array(q, float), unknowns, data), orders)
+        return Blocks(signatures, State(np.array(q, float), unknowns, data), orders)
 
     def _block(
         self, observation: Observation, place: Placed, q: np.ndarray
@@ -191,24 +191,24 @@ class Problem:
             loose[fixed] = False
         bounds = (np.where(loose, -FURTHEST, q), np.where(loose, FURTHEST, q))
         iterations = 0
-        posed = self.pose(q, places)
+        blocks = self.pose(q, places)
         for rounds in range(1, MOST_ROUNDS + 1):
             self.watch()
-            outcome = solve(posed.signatures, posed.state, bounds, self.delta, self.ridge, self.solver)
+            outcome = solve(blocks.signatures, blocks.state, bounds, self.delta, self.ridge, self.solver)
             iterations += outcome.iterations
             if patient and outcome.tired and not self.solver.exact_hessian:
                 # Gauss-Newton goes round in circles where residuals are large against the radius of
                 # curvature of the branch.
                 exact = replace(self.solver, exact_hessian=True)
-                outcome = solve(posed.signatures, outcome.state, bounds, self.delta, self.ridge, exact)
+                outcome = solve(blocks.signatures, outcome.state, bounds, self.delta, self.ridge, exact)
                 iterations += outcome.iterations
             if not outcome.solved:
                 return None
-            solved = Posed(posed.signatures, outcome.state, posed.orders)
+            solved = Blocks(blocks.signatures, outcome.state, blocks.orders)
             again = self.pose(outcome.state.q, solved.placed())
             if again.same_as(solved):
                 return Fitted(solved, outcome, rounds, iterations)
-            posed = again
+            blocks = again
         return None
 
     def by_homotopy(self, q: np.ndarray, places: Sequence[Placed]) -> Fitted | None:
@@ -226,7 +226,7 @@ class Problem:
                     return None
                 continue
             found, reached, step = trial, there, min(1.5 * step, 0.5)
-            q, places = trial.q, trial.posed.placed()
+            q, places = trial.q, trial.blocks.placed()
         return found
 
     def _as_if(self, observation: Observation, place: Placed, q: np.ndarray) -> Observation:

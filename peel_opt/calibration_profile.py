@@ -174,7 +174,7 @@ def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
     while reached < 1.0:
         q = at.q.copy()
         q[place] = begin + min(1.0, reached + share) * (value - begin)
-        trial = fit.problem.solve(q, at.posed.placed(), fixed=place)
+        trial = fit.problem.solve(q, at.blocks.placed(), fixed=place)
         if trial is None:
             share *= 0.5
             if share < LEAST_SHARE:

@@ -142,7 +142,7 @@ class Calibration:
     @property
     def origins(self) -> dict[str, float]:
         """x of the detachment point of each shape [m], 0 unless it was free."""
-        placed = self.fitted.posed.placed()
+        placed = self.fitted.blocks.placed()
         return {
             o.name: place.origin * self.reference.eta
             for o, place in zip(self.observations, placed, strict=True)

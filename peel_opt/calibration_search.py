@@ -11,7 +11,7 @@ import numpy as np
 from .calibration_blocks import block
 from .calibration_data import Observation
 from .calibration_identifiability import combinations
-from .calibration_problem import NODES, Fitted, Placed, Posed, Problem
+from .calibration_problem import NODES, Blocks, Fitted, Placed, Problem
 from .calibration_programme import FURTHEST
 from .calibration_sensitivity import chance, follow, linear_model
 from .calibration_start import coarse_rods, fits, projected
@@ -105,7 +105,7 @@ def _trial(start: Rod, seen: Sequence[Observation], problem: Problem) -> Trial:
         raise NotConverged(f"IPOPT does not converge from {start!r}.")
     if np.any(np.abs(fitted.q) > 0.99 * FURTHEST):
         raise NotConverged(f"from {start!r} a number runs away.", remedy="The data do not bound it.")
-    model = linear_model(fitted.posed, problem.free, problem.delta)
+    model = linear_model(fitted.blocks, problem.free, problem.delta)
     left = model.left(fitted.q[problem.free], problem.ridge)
     if left > (LEFT_HELD if problem.ridge else LEFT):
         raise NotConverged(f"from {start!r} the fit stops {left:.1e} standard deviations before its minimum.")
@@ -127,15 +127,15 @@ def _attempt(problem: Problem, places: Sequence[Placed]) -> tuple[Problem, Fitte
     near = held.solve(q, places) or held.by_homotopy(q, places)
     if near is None:
         return problem, problem.by_homotopy(q, places)
-    if _leaves_open(problem, near.posed):
+    if _leaves_open(problem, near.blocks):
         return held, near
-    fitted = problem.solve(near.q, near.posed.placed())
+    fitted = problem.solve(near.q, near.blocks.placed())
     return problem, fitted or problem.by_homotopy(q, places)
 
 
-def _leaves_open(problem: Problem, posed: Posed) -> bool:
+def _leaves_open(problem: Problem, blocks: Blocks) -> bool:
     """Whether the data do not determine some combination, to first order at these states."""
-    model = linear_model(posed, problem.free, problem.delta)
+    model = linear_model(blocks, problem.free, problem.delta)
     return not all(c.determined for c in combinations(model.jacobian, problem.free))
 
 
@@ -155,7 +155,7 @@ def _refined(problem: Problem, fitted: Fitted, reference: Rod) -> Trial:
     for nodes in NODES:
         if nodes > problem.nodes:
             finer = replace(problem, nodes=nodes)
-            again = finer.solve(fitted.q, fitted.posed.placed())
+            again = finer.solve(fitted.q, fitted.blocks.placed())
             if again is None:
                 break
             problem, fitted = finer, again
@@ -192,9 +192,9 @@ def resolved(problem: Problem, fitted: Fitted, rod: Rod) -> tuple[list[Equilibri
     equilibria, worst = [], 0.0
     for observation, signature, u, d in zip(
         problem.observations,
-        fitted.posed.signatures,
-        fitted.posed.state.unknowns,
-        fitted.posed.state.data,
+        fitted.blocks.signatures,
+        fitted.blocks.state.unknowns,
+        fitted.blocks.state.data,
         strict=True,
     ):
         part = block(signature)

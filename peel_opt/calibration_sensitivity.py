@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .calibration_blocks import Block, block
-from .calibration_problem import Posed
+from .calibration_problem import Blocks
 from .nlp import unknown_scale
 
 #: Share of the largest singular value below which a direction of u is not seen by the residuals.
@@ -79,14 +79,14 @@ def chance(chi2: float, degrees: int) -> float:
     return float(chdtrc(degrees, chi2))
 
 
-def linear_model(posed: Posed, free: np.ndarray, delta: float | None) -> LinearModel:
+def linear_model(blocks: Blocks, free: np.ndarray, delta: float | None) -> LinearModel:
     """Return the reduced model of a solved fit."""
     jacobians, scores, residuals, weights = [], [], [], []
     for signature, u, d, order in zip(
-        posed.signatures, posed.state.unknowns, posed.state.data, posed.orders, strict=True
+        blocks.signatures, blocks.state.unknowns, blocks.state.data, blocks.orders, strict=True
     ):
         part = block(signature)
-        r, by_q, by_own = reduced(part, u, posed.state.q, d)
+        r, by_q, by_own = reduced(part, u, blocks.state.q, d)
         own, weight, score = _projected(part, r, by_q[:, free], by_own, delta)
         jacobians.append(own)
         scores.append(score)

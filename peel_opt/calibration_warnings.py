@@ -54,7 +54,7 @@ def _tips(fit: Calibration) -> list[str]:
     return [
         f"{observation.name}: a point lies beyond the fitted tip and holds it there, from one side only."
         " Use the interval of the profile likelihood, or say tip=True if the first point is the tip."
-        for observation, signature in zip(fit.observations, fit.fitted.posed.signatures, strict=True)
+        for observation, signature in zip(fit.observations, fit.fitted.blocks.signatures, strict=True)
         if signature.at_tip > observation.tip
     ]
 

@@ -27,6 +27,8 @@ from .transcription.base import PROFILE_POINTS, Discretisation, Profile, Transcr
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
 FAR = 10.0
 
+EPS = float(np.finfo(float).eps)
+
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
 
@@ -191,7 +193,8 @@ class Family:
             return float(value(p.x[-4:])[0][0])
 
         low, high, shrink = here, there, 1.0
-        while (span := high.arclength - low.arclength) > LANDING_WIDTH and shrink > 1e-6:
+        least = max(LANDING_WIDTH, _resolution(there))
+        while (span := high.arclength - low.arclength) > least and shrink > 1e-6:
             a, b = miss(low), miss(high)
             for start in sorted((low, high), key=lambda p: abs(miss(p))):
                 found = self.solve(start.profile, other)
@@ -228,11 +231,12 @@ class Family:
         low, high, shrink, reach = here, there, 1.0, 1.0
         a, b = rate(low), rate(high)
         before = last = math.inf
+        least = max(FOLD_WIDTH, _resolution(there))
         # Arclengths add up steps of different origin: the bracket is measured from its lower end.
-        while (span := low.ahead(high.place)) > FOLD_WIDTH and shrink > 1e-6:
+        while (span := low.ahead(high.place)) > least and shrink > 1e-6:
             near, value = (0.0, a) if abs(a) < abs(b) else (span, b)
             aim = near - reach * value * span / (b - a) if span < 0.5 * before else 0.5 * span
-            margin = min(0.4 * FOLD_WIDTH, 0.4 * span)
+            margin = min(0.4 * least, 0.4 * span)
             point = self.step(low, shrink * min(max(aim, margin), span - margin))
             if point is None:
                 shrink *= 0.5
@@ -247,6 +251,11 @@ class Family:
         if found is not here and found is not there:
             found = replace(found, arclength=arclength_between(here, there, found.place))
         return found, (start, start + max(span, 0.0))
+
+
+def _resolution(point: Point) -> float:
+    """Length of branch below which doubles do not tell places apart, far out."""
+    return 16.0 * EPS * max(abs(point.arclength), float(np.linalg.norm(point.place)))
 
 
 def _crossed_over(here: Point, there: Point) -> bool:

@@ -173,16 +173,16 @@ def trace(
 
 def _require_identity(branch: Branch, within: float) -> None:
     """Raise where a point is no solution under its law, whatever two meshes agree on."""
-    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too.
+    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too,
+    # which grows with it.
     scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
-    misses = branch.certificate > IDENTITY * within * scale
+    misses = branch.certificate > IDENTITY * within * scale * np.maximum(1.0, np.abs(branch.pressure_ratio))
     if np.any(misses):
         i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
         raise NotConverged(
             f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
-            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0: a phase of the law was"
-            " overlooked.",
-            remedy="Trace it with more points, or another mesh.",
+            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0, though two meshes agree.",
+            remedy="Trace it with more points, or with a finer mesh.",
         )
 
 
@@ -269,7 +269,8 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
             landed = family.land(here, there, given)
             if landed is None:
                 raise NotConverged(
-                    f"could not land on {name} = {value:g}.", remedy="Ask for a value off a fold."
+                    f"could not land on {name} = {value:g}.",
+                    remedy="Ask for a value off a fold, or nearer to the transition.",
                 )
             problem, result = landed
             arclength = arclength_between(here, there, chart(result.x[-4:])[0])

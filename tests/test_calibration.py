@@ -303,7 +303,7 @@ def test_steps_are_counted_on_a_terminal_only(capsys: pytest.CaptureFixture[str]
     fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-5), free=(Y0,), rod=TRUTH)
     assert capsys.readouterr().err == ""
     with watched(fit.problem) as problem:
-        replace(problem, watch=lambda: seen.append(1)).solve(fit.fitted.q, fit.fitted.posed.placed())
+        replace(problem, watch=lambda: seen.append(1)).solve(fit.fitted.q, fit.fitted.blocks.placed())
     assert seen
 
 
