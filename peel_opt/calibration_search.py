@@ -17,11 +17,10 @@ from .calibration_sensitivity import chance, follow, linear_model
 from .calibration_start import coarse_rods, fits, projected
 from .detachment import length_given_pressure, pressure_given_length
 from .elastica import Scalars
-from .errors import NotCertified, NotConverged, OutOfRange, PeelOptError
+from .errors import NotCertified, NotConverged, PeelOptError
 from .primary import UNFOLDED
-from .question import RATIOS
 from .result import Equilibrium
-from .rod import MATERIAL, Rod
+from .rod import MATERIAL, Rod, require_ratio
 
 #: Difference of chi-square, by degree of freedom, of two fits that are one.
 SAME = 1e-4
@@ -97,7 +96,7 @@ def _starts(seen: Sequence[Observation], known: Mapping[str, float], rod: object
 
 def _trial(start: Rod, seen: Sequence[Observation], problem: Problem) -> Trial:
     """Fit from one rod."""
-    _require_range(start)
+    require_ratio(start.ratio)
     own = [o.scaled(start.eta, start.adhesion_strength) for o in seen]
     places = [Placed(projected(start, o)) for o in seen]
     problem, fitted = _attempt(replace(problem, observations=own, ratio=start.ratio), places)
@@ -139,15 +138,6 @@ def _leaves_open(problem: Problem, blocks: Blocks) -> bool:
     return not all(c.determined for c in combinations(model.jacobian, problem.free))
 
 
-def _require_range(rod: Rod) -> None:
-    low, high = RATIOS
-    if not low <= rod.ratio <= high:
-        raise OutOfRange(
-            f"eta/y0 = {rod.ratio:.4g} is outside [{low:g}, {high:g}].",
-            remedy="Check that no two material numbers are swapped or in the wrong unit.",
-        )
-
-
 def _refined(problem: Problem, fitted: Fitted, reference: Rod) -> Trial:
     """Solve on finer meshes until the public functions agree with the fitted states."""
     best: Trial | None = None
@@ -160,7 +150,7 @@ def _refined(problem: Problem, fitted: Fitted, reference: Rod) -> Trial:
                 break
             problem, fitted = finer, again
         rod = rod_at(reference, fitted.q)
-        _require_range(rod)
+        require_ratio(rod.ratio)
         try:
             equilibria, consistency = resolved(problem, fitted, rod)
         except PeelOptError as error:

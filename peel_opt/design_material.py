@@ -16,8 +16,7 @@ import numpy as np
 from .checks import finite
 from .errors import InvalidInput
 from .quantities import LENGTH, PRESSURE, STIFFNESS, WORK, Kind, display, parse
-from .question import RATIOS
-from .rod import MATERIAL, Rod
+from .rod import MATERIAL, RATIOS, Rod
 
 #: The numbers that may be known or free, and what they measure.
 NUMBERS: dict[str, Kind] = {

@@ -24,7 +24,7 @@ import numpy as np
 from .design_blocks import Block, Structure
 from .design_material import Material
 from .nlp import SOLVED
-from .question import RATIOS
+from .rod import RATIOS
 
 #: Largest scaled violation, and iterations.
 TOL, MOST_ITERATIONS = 1e-9, 80

@@ -16,7 +16,7 @@ import numpy as np
 from .design_blocks import Block, block_at
 from .design_material import Material
 from .design_targets import Requirement, shortfall
-from .question import RATIOS
+from .rod import RATIOS
 
 #: Designs looked at: along one free number, near its start besides, and over several.
 SCAN, SCAN_NEARBY, SCAN_OF_SEVERAL = 17, 13, 24

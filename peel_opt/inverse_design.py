@@ -18,8 +18,7 @@ from .design_search import Found, Reached, Search, Verified
 from .design_targets import SENSES, Achieved, Target
 from .errors import Infeasible, NotConverged, PeelOptError
 from .flaws import readhesion_pressure
-from .question import RATIOS
-from .rod import Rod
+from .rod import RATIOS, Rod
 
 #: Distance of log(eta/y0) from an end of the range at which it counts as being there.
 AT_END = 1e-3

@@ -19,12 +19,12 @@ from .closures import Closure, rows, sensitivity_to_given
 from .cohesion import COHESIVE
 from .continuation import Family
 from .elastica import Scalars
-from .errors import NoEquilibrium, NotConverged, OutOfRange, PeelOptError
+from .errors import NoEquilibrium, NotConverged, PeelOptError
 from .flaws import MESHES
 from .maxwell_derivative import maxwell_gradient
 from .newton import factorised
 from .primary import PrimaryBranch
-from .question import RATIOS
+from .rod import require_ratio
 from .solution_surface import Gradient
 from .specials import Located
 
@@ -68,9 +68,7 @@ def fold_gradient(ratio: float, which: str) -> Gradient:
     NoEquilibrium
         If the branch has no such fold.
     """
-    low, high = RATIOS
-    if not low <= ratio <= high:
-        raise OutOfRange(f"eta/y0 = {ratio:.4g} is outside [{low:g}, {high:g}].")
+    require_ratio(ratio)
     coarse, fine = (_at_fold(ratio, which, i) for i in range(len(MESHES)))
     error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
     return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))

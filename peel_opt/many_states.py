@@ -19,9 +19,8 @@ from .errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from .points import Point
 from .posed import Posed, known_lambda, known_law
 from .primary import Candidate, PrimaryBranch, crossings, primary_branch
-from .question import RATIOS
 from .result import DISQUALIFYING, Equilibrium
-from .rod import Rod, require_rod
+from .rod import Rod, require_ratio, require_rod
 from .tip_scan import TipShooting, starts_at_length, starts_at_pressure
 from .transcription import Spectral
 from .transcription.base import Profile, Transcription
@@ -160,9 +159,7 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
 
 def _require_range(ask: _Ask) -> None:
     """Raise where the search would take minutes and prove nothing."""
-    low, high = RATIOS
-    if not low <= ask.posed.ratio <= high:
-        raise OutOfRange(f"eta/y0 = {ask.posed.ratio:.4g} is outside [{low:g}, {high:g}].")
+    require_ratio(ask.posed.ratio)
     if ask.target.kind == "length" and ask.gamma > MOST_GAMMA:
         raise OutOfRange(
             f"sbar/eta = {ask.target.value:.4g} is too long to look for all states (beta1^(1/4) ="

@@ -217,8 +217,10 @@ ENTRY_PRESSURE, HIGHEST_PRESSURE = 0.8, 0.9995
 def _by_homotopy(family: Family) -> Point:
     """Blend law (8) into the family's law at fixed pressure, then walk back towards T0."""
     start = primary_branch(COHESIVE, family.closure)
-    start.extend(lambda p: p.scalars.pressure_ratio < ENTRY_PRESSURE)
-    given = Closure("pressure", ENTRY_PRESSURE)
+    start.extend(lambda p: p.scalars.pressure_ratio < ENTRY_PRESSURE or bool(start.folds))
+    lowest = min(p.scalars.pressure_ratio for p in start.points)
+    # A stiff rod has no state so low: half way down to its least pressure, then.
+    given = Closure("pressure", max(ENTRY_PRESSURE, 0.5 * (1.0 + lowest)))
     profile = start.candidates(given)[0].profile
     h, step = 0.0, 0.125
     solved = None

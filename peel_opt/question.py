@@ -22,9 +22,7 @@ from .points import Point
 from .posed import Posed
 from .primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
 from .result import Equilibrium
-
-#: eta/y0 between which the walk along the primary branch is tested.
-RATIOS = (0.005, 3000.0)
+from .rod import RATIOS, require_ratio
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05
@@ -129,12 +127,7 @@ def _path_closure(question: Question) -> Closure:
     """Return what stays fixed along the branch to walk: a rod's ratio, or beta0 = 0."""
     first = question.posed.given[0]
     if first.kind == "ratio":
-        low, high = RATIOS
-        if not low <= first.value <= high:
-            raise OutOfRange(
-                f"eta/y0 = {first.value:.4g} is outside [{low:g}, {high:g}].",
-                remedy="Check that no two material numbers are swapped or in the wrong unit.",
-            )
+        require_ratio(first.value)
         return first
     if first.value == 0.0:
         return first

@@ -6,13 +6,16 @@ import math
 from dataclasses import dataclass
 
 from .checks import finite, positive
-from .errors import InvalidInput
+from .errors import InvalidInput, OutOfRange
 
 #: The material numbers of a rod and their units.
 UNITS = {"bending_stiffness": "N m", "adhesion_strength": "Pa", "adhesion_range": "m"}
 
 #: Their names, in the order of the arguments of `Rod`.
 MATERIAL = tuple(UNITS)
+
+#: eta/y0 between which answers are tested, and between which a branch is followed at all.
+RATIOS, FOLLOWED = (0.005, 3000.0), (1e-6, 1e4)
 
 
 @dataclass(frozen=True)
@@ -112,11 +115,23 @@ class Rod:
         )
 
 
+def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:
+    """Return eta/y0 if it is within limits, or say that it is not."""
+    low, high = limits
+    if not low <= ratio <= high:
+        raise OutOfRange(
+            f"eta/y0 = {ratio:.4g} is outside [{low:g}, {high:g}].",
+            remedy="Check that no two material numbers are swapped or in the wrong unit.",
+        )
+    return ratio
+
+
 def require_rod(rod: object) -> Rod:
-    """Return ``rod`` if it is one, or say what it is instead."""
+    """Return ``rod`` if it is one whose branch can be followed, or say what it is instead."""
     if not isinstance(rod, Rod):
         raise InvalidInput(
             f"rod must be a Rod, got {rod!r:.60}.",
             remedy="Make one with Rod(k, T0, y0) or Rod.from_ratio(r).",
         )
+    require_ratio(rod.ratio, FOLLOWED)
     return rod

@@ -20,7 +20,7 @@ from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, StepControl
 from .elastica import PI4, Scalars
-from .errors import InvalidInput, NotConverged
+from .errors import InvalidInput, NotConverged, OutOfRange
 from .points import Point, arclength_between
 from .posed import known_law
 from .primary import PrimaryBranch
@@ -40,6 +40,9 @@ WALK = StepControl(first=0.05, largest=0.25)
 
 #: Errors of a point by which its certificate may miss zero.
 IDENTITY = 100.0
+
+#: End of the furthest window of lambda.
+MOST_LAMBDA = 1e10
 
 #: What is neither tried nor of use beyond; the straight rod is searched for as many branch points.
 MOST_MODES, MOST_POINTS = 99, 100_000
@@ -94,7 +97,7 @@ def trace(
     InvalidInput
         If the arguments do not say what to trace, or the branch does not enter the window.
     OutOfRange
-        For a ``beta0`` outside its range.
+        For a ``beta0`` or a window of lambda outside its range.
     NotConverged
         If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
 
@@ -193,6 +196,11 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
         raise InvalidInput(f"lam must be two numbers, the window of lambda, got {lam!r}.") from error
     if not -PI4 <= low < high:
         raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
+    if high > MOST_LAMBDA:
+        raise OutOfRange(
+            f"lambda up to {high:.4g} is beyond {MOST_LAMBDA:g}, and no branch is followed so far.",
+            remedy="Give a window that ends sooner.",
+        )
     return low, high
 
 

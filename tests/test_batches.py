@@ -120,17 +120,3 @@ def test_a_phase_that_is_overlooked_is_noticed(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(continuation, "fits", blind_to_the_tip)
     with pytest.raises(po.NotConverged, match="though two meshes agree"):
         po.trace(po.Rod.from_ratio(30.0), points=20)
-
-
-def test_a_certificate_is_judged_by_the_size_of_the_pressure() -> None:
-    # p/T0 comes to 7e4 there, and its certificate to 3e-7.
-    branch = po.trace(beta0=4.0, lam=(-1.0, 1e6))
-    assert np.abs(branch.pressure_ratio).max() > 7e4
-    assert (branch.certificate / np.maximum(1.0, np.abs(branch.pressure_ratio))).max() < 1e-11
-    assert branch.error.max() < 2e-9
-
-
-def test_a_window_out_of_reach_ends_with_an_error() -> None:
-    # So far out that doubles do not tell points a landing's width apart.
-    with pytest.raises(po.NotConverged, match="nearer to the transition"):
-        po.trace(beta0=4.0, lam=(-1.0, 1e12))

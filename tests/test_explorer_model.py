@@ -68,7 +68,7 @@ def test_links_of_any_numbers(beta0: float, lam: float, accuracy: Any, label: An
         ("beta0=4&beta0=5", "gives beta0 2 times"),
         ("units=SI&given=groups", "its groups follow"),
         ("ratio=0", "must be positive"),
-        ("units=SI&given=length&T0=1e-9", "outside 0.005 to 3000"),
+        ("units=SI&given=length&T0=1e-9", "outside [0.005, 3000]"),
         ("beta0=0&law=cohesive", "no cohesive law"),
         ("length=%00", "length must be a finite number"),
         ("beta0=%ff%fe", "beta0 must be a finite number"),

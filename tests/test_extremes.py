@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -302,3 +303,46 @@ def test_two_processes_give_the_same_bits() -> None:
     values = np.array([float.fromhex(word) for word in outputs[0].decode().split()])
     assert len(values) > 100
     assert values[0] == pytest.approx(-4.4354069891, abs=1e-10)
+
+
+def test_a_certificate_is_judged_by_the_size_of_the_pressure() -> None:
+    # p/T0 comes to 7e4 there, and its certificate to 3e-7.
+    branch = po.trace(beta0=4.0, lam=(-1.0, 1e6))
+    assert np.abs(branch.pressure_ratio).max() > 7e4
+    assert (branch.certificate / np.maximum(1.0, np.abs(branch.pressure_ratio))).max() < 1e-11
+    assert branch.error.max() < 2e-9
+
+
+def test_a_window_out_of_reach_ends_with_an_error() -> None:
+    # So far out that doubles do not tell points a landing's width apart.
+    with pytest.raises(po.NotConverged, match="nearer to the transition"):
+        po.trace(beta0=4.0, lam=(-1.0, 1e10))
+    with pytest.raises(po.OutOfRange, match="beyond 1e"):
+        po.trace(beta0=4.0, lam=(-1.0, 1e30))
+
+
+@pytest.mark.parametrize("ratio", [1e-300, 1e-7, 1.1e4, 1e300])
+@pytest.mark.parametrize(
+    "ask",
+    [
+        po.trace,
+        po.hysteresis,
+        po.readhesion_pressure,
+        lambda rod: po.safe_pressure(rod, 3.0),
+        lambda rod: po.length_given_pressure(rod, 0.9),
+        lambda rod: po.trace(rod, law=po.trapezoidal(0.4)),
+    ],
+)
+def test_rods_that_no_branch_is_followed_of(ratio: float, ask: Callable[[po.Rod], object]) -> None:
+    with pytest.raises(po.OutOfRange, match="eta/y0"):
+        ask(po.Rod.from_ratio(ratio))
+
+
+def test_a_stiff_rod_under_a_law_without_a_transition() -> None:
+    # No state of it has a pressure below 0.93 T0.
+    branch = po.trace(po.Rod.from_ratio(0.1), law=po.trapezoidal(0.05), points=20)
+    assert branch.ended == "contact"
+    assert 0.9 < branch.pressure_ratio.min() < 0.94
+    assert branch.pressure_ratio.max() > 0.999
+    with pytest.raises(po.NotConverged, match="homotopy"):
+        po.trace(po.Rod.from_ratio(0.01), law=po.trapezoidal(0.4), points=20)

@@ -51,6 +51,12 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
     ),
     "trace, at": (lambda x: po.trace(beta0=4, lam=(-1, 1), points=8, at={"lam": [x]}), [0.3]),
     "trace, a rod": (lambda rod: po.trace(rod, points=8), [ROD]),
+    "trace, of a ratio": (lambda r: po.trace(po.Rod.from_ratio(r), points=8), [1.0]),
+    "trace, trapezoidal": (
+        lambda r, plateau: po.trace(po.Rod.from_ratio(r), law=po.trapezoidal(plateau), points=8),
+        [1.0, 0.4],
+    ),
+    "hysteresis, a rod": (lambda r: po.hysteresis(po.Rod.from_ratio(r), points=5), [1.0]),
     "fold_curve": (lambda lo, hi: po.fold_curve(beta0=(lo, hi)), [1.0, 4.0]),
     "maxwell_curve": (lambda lo, hi: po.maxwell_curve((lo, hi), points=6), [2.0, 4.0]),
     "maxwell_length": (po.maxwell_length, [1.0, "paper"]),
@@ -110,7 +116,15 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
 }
 
 #: How many times fewer inputs a call gets whose answers take long.
-COSTLY = {"equilibria": 12, "equilibria, pressure": 12, "equilibria, groups": 12, "hysteresis, options": 4}
+COSTLY = {
+    "equilibria": 12,
+    "equilibria, pressure": 12,
+    "equilibria, groups": 12,
+    "hysteresis, options": 4,
+    "trace, of a ratio": 4,
+    "trace, trapezoidal": 8,
+    "hysteresis, a rod": 4,
+}
 
 
 def spoilt(good: list[Any]) -> st.SearchStrategy[list[Any]]:

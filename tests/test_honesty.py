@@ -14,7 +14,7 @@ import peel_opt as po
 from peel_opt.closures import Closure
 from peel_opt.cohesion import COHESIVE
 from peel_opt.primary import primary_branch
-from peel_opt.question import RATIOS
+from peel_opt.rod import RATIOS
 
 METHODS = ("auto", "collocation", "shooting", "spectral", "series")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..question import RATIOS
 from ..result import Equilibrium
+from ..rod import RATIOS
 from .curves import Curve, window
 from .panels import Frame, LoopPanel, Spot
 from .state import State

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput, NoEquilibrium, PeelOptError
 from ..quantities import display
-from ..question import RATIOS
+from ..rod import RATIOS
 from .curves import Curve, traced
 from .diagram_panel import coordinates
 from .loop_panel import OFF_FOLD

@@ -11,8 +11,7 @@ from urllib.parse import parse_qs, urlencode
 from ..elastica import PI4
 from ..errors import InvalidInput, OutOfRange
 from ..quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse
-from ..question import RATIOS
-from ..rod import Rod
+from ..rod import RATIOS, Rod, require_ratio
 
 Units = Literal["groups", "SI"]
 Given = Literal["groups", "length", "pressure"]
@@ -142,12 +141,7 @@ class State:
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use the linear law."
             )
         if self.units == "SI":
-            found = Rod(self.k, self.T0, self.y0).ratio
-            if not RATIOS[0] <= found <= RATIOS[1]:
-                raise OutOfRange(
-                    f"eta/y0 = {found:.4g} of this rod is outside {RATIOS[0]:g} to {RATIOS[1]:g}.",
-                    remedy="Check that no two material numbers are swapped or in the wrong unit.",
-                )
+            require_ratio(Rod(self.k, self.T0, self.y0).ratio)
 
     # --- what it means --------------------------------------------------------------------
 

@@ -17,8 +17,7 @@ from ..errors import NoEquilibrium
 from ..method_scan import METHODS, Compared, compare
 from ..plots import style
 from ..plots.work import METHOD_STYLES
-from ..question import RATIOS
-from ..rod import Rod
+from ..rod import RATIOS, Rod
 from . import look
 from .minimum_pressure import minimum_pressure
 

@@ -12,7 +12,7 @@ from ..cohesion import COHESIVE
 from ..errors import NotConverged
 from ..plots import style
 from ..primary import primary_branch
-from ..question import RATIOS
+from ..rod import RATIOS
 from . import look
 
 _SMALL_PRINT: dict[str, Any] = {"fontsize": look.SMALL, "color": style.RANGE, "ha": "right", "va": "bottom"}
