@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from .calibration_blocks import Block, Signature, block
-from .nlp import SOLVED, unknown_scale
+from .nlp import SOLVED, silent, unknown_scale
 
 #: Signatures in the order of the blocks, each with how many blocks of it follow each other.
 Structure = tuple[tuple[Signature, int], ...]
@@ -206,29 +206,25 @@ def _build(structure: Structure, robust: bool, options: Solver) -> _Programme:
     if options.exact_hessian:
         curvature = _curvature(parts, counts, u, q, d, lam_g * row_scale)
         hessian = hessian + ca.mtimes([unscale, curvature, unscale])
-    settings = {
-        "print_time": False,
-        "show_eval_warnings": False,
+    derivatives = {
         "grad_f": ca.Function("grad_f", [z, p], [objective, gradient], ["x", "p"], ["f", "grad"]),
         "jac_g": ca.Function("jac_g", [z, p], [g, jacobian], ["x", "p"], ["g", "jac"]),
         "hess_lag": ca.Function(
             "hess_lag", [z, p, lam_f, lam_g], [ca.triu(hessian)], ["x", "p", "lam_f", "lam_g"], ["hess"]
         ),
-        "ipopt": {
-            "print_level": 0,
-            "sb": "yes",
-            "tol": options.tol,
-            "constr_viol_tol": options.tol,
-            "acceptable_tol": 1e2 * options.tol,
-            "max_iter": options.max_iterations,
-            "nlp_scaling_method": "none",  # scaled here, from the start
-            # Few unknowns have bounds, and a start is close to its answer.
-            "mu_init": 1e-6,
-            "bound_push": 1e-8,
-            "bound_frac": 1e-8,
-        },
     }
-    solver = ca.nlpsol("calibration", "ipopt", {"x": z, "p": p, "f": objective, "g": g}, settings)
+    settings = silent(
+        options.tol,
+        options.max_iterations,
+        acceptable_tol=1e2 * options.tol,
+        # Few unknowns have bounds, and a start is close to its answer.
+        mu_init=1e-6,
+        bound_push=1e-8,
+        bound_frac=1e-8,
+    )
+    solver = ca.nlpsol(
+        "calibration", "ipopt", {"x": z, "p": p, "f": objective, "g": g}, settings | derivatives
+    )
     starts = np.cumsum([0, *(b.unknowns for b, n in zip(parts, counts, strict=True) for _ in range(n))])
     places = [b.problem.size - 4 for b, n in zip(parts, counts, strict=True) for _ in range(n)]
     return _Programme(solver, starts[:-1] + np.array(places))

@@ -23,7 +23,7 @@ import numpy as np
 
 from .design_blocks import Block, Structure
 from .design_material import Material
-from .nlp import SOLVED
+from .nlp import SOLVED, silent
 from .rod import RATIOS
 
 #: Largest scaled violation, and iterations.
@@ -159,21 +159,13 @@ class _Programme:
         problem = {"x": u, "p": ca.vertcat(own, rows), "f": f, "g": g}
         jacobian = ca.jacobian(equations, u)
         self._sizes = ca.Function("sizes", [u, own], [ca.sum2(ca.fabs(jacobian))])
-        settings = {
-            "print_time": False,
-            "show_eval_warnings": False,
-            "ipopt": {
-                "print_level": 0,
-                "sb": "yes",
-                "tol": TOL,
-                "constr_viol_tol": TOL,
-                "max_iter": MOST_ITERATIONS,
-                "nlp_scaling_method": "none",  # scaled here, from the start
-                "hessian_approximation": "limited-memory",
-                "bound_relax_factor": 0.0,
-                "mu_init": 1e-3,  # the start is a solution of the blocks: stay near it
-            },
-        }
+        settings = silent(
+            TOL,
+            MOST_ITERATIONS,
+            hessian_approximation="limited-memory",
+            bound_relax_factor=0.0,
+            mu_init=1e-3,  # the start is a solution of the blocks: stay near it
+        )
         self.solver = ca.nlpsol("design", "ipopt", problem, settings)
 
     def row_scale(self, at: np.ndarray, own: np.ndarray) -> np.ndarray:

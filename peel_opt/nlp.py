@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -35,6 +36,23 @@ class Ipopt:
 
     tol: float = 1e-10
     max_iterations: int = 60
+
+
+def silent(tol: float, max_iterations: int, **more: object) -> dict[str, Any]:
+    """Settings of `casadi.nlpsol` for a programme that its maker has scaled: nothing is printed."""
+    return {
+        "print_time": False,
+        "show_eval_warnings": False,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": tol,
+            "constr_viol_tol": tol,
+            "max_iter": max_iterations,
+            "nlp_scaling_method": "none",
+            **more,
+        },
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,18 +83,7 @@ def build(
     given = [EQUATIONS[kind](scalars, p[n + k + i]) for i, kind in enumerate(kinds)]
     residual = ca.substitute(problem.expression, problem.x, unknowns)
     constraints = ca.vertcat(residual, *given) * p[n : n + k]
-    settings = {
-        "print_time": False,
-        "show_eval_warnings": False,
-        "ipopt": {
-            "print_level": 0,
-            "sb": "yes",
-            "tol": options.tol,
-            "constr_viol_tol": options.tol,
-            "max_iter": options.max_iterations,
-            "nlp_scaling_method": "none",  # scaled here, from the start
-        },
-    }
+    settings = silent(options.tol, options.max_iterations)
     if not minimise:
         # With a constant objective and vanishing multipliers the Hessian of the Lagrangian is
         # zero at the solution; saying so makes every iteration a Newton step of the constraints.
