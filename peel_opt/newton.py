@@ -61,14 +61,14 @@ class Correction:
     solve: Solver | None
 
 
-def factorised(jacobian: object, border: np.ndarray) -> Factors:
+def factorised(jacobian: np.ndarray | sp.spmatrix | ca.DM, border: np.ndarray) -> Factors:
     """Factorise the square system [jacobian; border on the four scalars].
 
     The Jacobian may be a NumPy array, a SciPy matrix or a CasADi one.
     """
     if isinstance(jacobian, ca.DM):
         jacobian = jacobian.full() if is_dense(jacobian.sparsity()) else jacobian.sparse()
-    n: int = jacobian.shape[1]  # type: ignore[attr-defined]
+    n = jacobian.shape[1]
     if isinstance(jacobian, np.ndarray):
         matrix = np.zeros((n, n), order="F")
         matrix[: n - len(border)] = jacobian

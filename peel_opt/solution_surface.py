@@ -102,10 +102,10 @@ def gradient(source: Solution, kinds: tuple[str, str], read: Callable[[Scalars],
     problem, x = source.problem, source.x
     scalars = problem.scalars(x)
     given = tuple(Closure(kind, float(HELD[kind](scalars))) for kind in kinds)
-    settings: Transcription = problem.settings  # type: ignore[attr-defined]
+    mesh = problem.settings
     # A spectral form as small as it may be; at beta0 = 0 it is what is affine in beta0.
-    spectral = isinstance(settings, Spectral) or scalars.sigma == 0.0
-    mesh: Transcription = Spectral() if spectral else settings
+    if mesh is None or isinstance(mesh, Spectral) or scalars.sigma == 0.0:
+        mesh = Spectral()
     plane = _plane(mesh, problem.phases, problem.profile(x), given, read)
     for _ in range(MOST_REFINEMENTS):
         coarse = plane

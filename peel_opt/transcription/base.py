@@ -24,6 +24,7 @@ import scipy.sparse as sp
 
 from ..cohesion import Piece
 from ..elastica import FIELDS, Scalars
+from ..errors import InvalidInput
 from .compiled import Compiled, Pattern, is_dense
 
 #: Pieces of the law from the free tip to the detachment point.
@@ -101,8 +102,21 @@ class Profile:
         return Profile(np.diff(edges), values, self.scalars)
 
 
+def require_transcription(value: object) -> Transcription:
+    """Return ``value`` if it is a transcription, or say what it is instead."""
+    if not isinstance(value, Transcription):
+        raise InvalidInput(
+            f"transcription must be a Transcription, got {value!r:.60}.",
+            remedy="Pass Spectral(), Collocation() or Shooting().",
+        )
+    return value
+
+
 class Discretisation(ABC):
     """A transcription applied to a sequence of phases: the compiled residual and its readers."""
+
+    #: The transcription, where a finer one of its kind may be wanted.
+    settings: Transcription | None = None
 
     def __init__(self, phases: Phases, field_count: int) -> None:
         self.phases = phases

@@ -74,6 +74,8 @@ class Collocation(FixedOrder):
 class CollocationDiscretisation(Discretisation):
     """Fields at all mesh points, Theta'' at all stages, breakpoints of every phase."""
 
+    settings: Collocation
+
     def __init__(self, settings: Collocation, phases: Phases) -> None:
         self.settings = settings
         self.total = settings.intervals * len(phases)

@@ -62,7 +62,7 @@ class Shooting(FixedOrder):
     steps: int = 1
 
     def __post_init__(self) -> None:
-        if self.integrator not in INTEGRATORS:
+        if not isinstance(self.integrator, str) or self.integrator not in INTEGRATORS:
             raise InvalidInput(
                 f"unknown integrator {self.integrator!r}.", remedy=f"Choose one of {', '.join(INTEGRATORS)}."
             )
@@ -83,6 +83,8 @@ class Shooting(FixedOrder):
 
 class ShootingDiscretisation(Discretisation):
     """The five fields at every node, neighbouring phases sharing one."""
+
+    settings: Shooting
 
     def __init__(self, settings: Shooting, phases: Phases) -> None:
         self.settings = settings

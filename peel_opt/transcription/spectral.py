@@ -85,6 +85,8 @@ class Spectral(Transcription):
 class SpectralDiscretisation(Discretisation):
     """Theta'' at the Gauss nodes of every phase."""
 
+    settings: Spectral
+
     def __init__(self, settings: Spectral, phases: Phases) -> None:
         self.settings = settings
         self.local = settings.nodes * settings.elements
