@@ -19,7 +19,7 @@ from .closures import Closure
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family
 from .elastica import Scalars
-from .errors import InvalidInput
+from .errors import InvalidInput, NotConverged
 from .named_laws import exponential
 from .points import Point
 from .posed import Posed
@@ -28,6 +28,9 @@ from .rod import Rod
 from .specials import Located
 from .transcription import Shooting, Spectral
 from .transcription.base import Discretisation, Transcription
+
+#: Errors of a point by which its certificate may miss zero.
+IDENTITY = 100.0
 
 #: Closures by the public name of what they hold fixed, and back.
 HOLDS = {
@@ -221,6 +224,21 @@ def transcription_from(text: str) -> Transcription:
         return _TRANSCRIPTIONS[call.func.id](**settings)
     except (SyntaxError, AssertionError, KeyError, TypeError, ValueError) as error:
         raise InvalidInput(f"unknown transcription {text!r}.") from error
+
+
+def require_identity(branch: Branch, within: float) -> None:
+    """Raise where a point is no solution under its law, whatever two meshes agree on."""
+    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too,
+    # which grows with it.
+    scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
+    misses = branch.certificate > IDENTITY * within * scale * np.maximum(1.0, np.abs(branch.pressure_ratio))
+    if np.any(misses):
+        i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
+        raise NotConverged(
+            f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
+            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0, though two meshes agree.",
+            remedy="Trace it with more points, or with a finer mesh.",
+        )
 
 
 def equilibrium_at(branch: Branch, i: int) -> Equilibrium:

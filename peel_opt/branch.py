@@ -13,6 +13,7 @@ import numpy as np
 from .arrays import read_only
 from .branch_parts import Solutions, SpecialPoint, Trivial
 from .elastica import PI4
+from .errors import InvalidInput
 from .rod import Rod
 
 if TYPE_CHECKING:
@@ -248,3 +249,10 @@ class Branch:
             for p in self.special_points
         ]
         return [*lines, f"└─ ended: {self.ended}"]
+
+
+def require_branch(branch: object) -> Branch:
+    """Return ``branch`` if it is one, or say what it is instead."""
+    if not isinstance(branch, Branch):
+        raise InvalidInput(f"branch must be a Branch, got {branch!r:.60}.", remedy="Make one with trace.")
+    return branch

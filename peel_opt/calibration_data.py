@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import positive
+from .checks import listed, positive
 from .errors import InvalidInput
 
 #: States that a measurement may be said to be on; None means unfolded.
@@ -59,9 +59,7 @@ class Measurements:
 
     def __post_init__(self) -> None:
         count = _count("length", self.length)
-        if isinstance(self.names, str):
-            raise InvalidInput(f"names must be a list of texts, got {self.names!r}.")
-        names = tuple(self.names) or tuple(f"row {i}" for i in range(1, count + 1))
+        names = tuple(map(str, listed("names", self.names))) or tuple(f"row {i}" for i in range(1, count + 1))
         if len(names) != count:
             raise InvalidInput(f"{len(names)} names are given for {count} lengths.")
         object.__setattr__(self, "names", names)
@@ -77,7 +75,8 @@ class Measurements:
                 "neither the lengths nor the pressures have a standard deviation.",
                 remedy="Give pressure_sd=, length_sd= or both: they weigh the rows.",
             )
-        states = [self.state] * count if self.state is None or isinstance(self.state, str) else self.state
+        single = self.state is None or isinstance(self.state, str)
+        states = [self.state] * count if single else listed("state", self.state)
         if len(states) != count:
             raise InvalidInput(f"{len(states)} states are given for {count} lengths.")
         checked = tuple(_state(s, name) for s, name in zip(states, names, strict=True))
@@ -271,8 +270,8 @@ def _require_meaning(name: str, spread: np.ndarray, values: np.ndarray, rows: Se
 
 def _count(name: str, values: Any) -> int:
     try:
-        shape = np.shape(values)
-    except ValueError as error:
+        shape = np.asarray(values).shape
+    except (TypeError, ValueError) as error:
         raise InvalidInput(f"{name} must be a list of numbers, got lists in it.") from error
     if len(shape) != 1:
         raise InvalidInput(f"{name} must be a list of numbers, got an array of shape {shape}.")

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from numbers import Integral, Real
+from typing import Any
 
 from .errors import InvalidInput, OutOfRange
 
 #: Beyond these, powers of beta0 soon are no numbers any more, and no rod is there.
 BETA0 = (1e-12, 1e12)
+
+#: A count beyond this is a slip of the pen.
+MOST = 100_000
 
 
 def positive(name: str, value: object, unit: str = "") -> float:
@@ -19,6 +24,21 @@ def positive(name: str, value: object, unit: str = "") -> float:
 def finite(name: str, value: object, unit: str = "") -> float:
     """Return ``value`` as a finite float, or say which field is wrong."""
     return _checked(name, value, unit, minimum=-math.inf, strict=True)
+
+
+def listed(name: str, value: object) -> list[Any]:
+    """Return a sequence of any kind but a text as a list, or say what it is instead."""
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):
+        raise InvalidInput(f"{name} must be a list, got {value!r:.60}.")
+    return list(value)
+
+
+def pair(name: str, value: object) -> tuple[float, float]:
+    """Return two finite floats, from and to, or say what is wrong with them."""
+    numbers = list(value) if isinstance(value, Iterable) else []
+    if len(numbers) != 2:
+        raise InvalidInput(f"{name} must be two numbers, from and to, got {value!r:.60}.")
+    return finite(name, numbers[0]), finite(name, numbers[1])
 
 
 def non_negative(name: str, value: object, unit: str = "") -> float:
@@ -35,7 +55,7 @@ def known_beta0(value: object) -> float:
     return number
 
 
-def whole(name: str, value: object, least: int, most: int) -> int:
+def whole(name: str, value: object, least: int, most: int = MOST) -> int:
     """Return ``value`` as an int between two others, or say which field is wrong."""
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise InvalidInput(f"{name} must be a whole number of at least {least}, got {value!r}.")

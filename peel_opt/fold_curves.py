@@ -9,7 +9,7 @@ import numpy as np
 
 from .assembly import describe
 from .branch_parts import SpecialPoint
-from .checks import positive
+from .checks import pair, positive, whole
 from .closures import Closure
 from .continuation import StepControl
 from .elastica import PI4
@@ -125,9 +125,10 @@ def fold_curve(beta0: tuple[float, float] = (0.1, 100.0), *, points: int = 80) -
     >>> [(p.kind, round(p.beta0, 3)) for p in curve.special_points]
     [('turn', 37.546), ('cusp', 36.115)]
     """
-    low, high = (positive("beta0", value) for value in beta0)
-    if not low < min(high, 36.0):
-        raise InvalidInput(f"beta0 must start below 36 and rise, got ({low:g}, {high:g}).")
+    low, high = pair("beta0", beta0)
+    if not 0.0 < low < min(high, 36.0):
+        raise InvalidInput(f"beta0 must start between 0 and 36 and rise, got ({low:g}, {high:g}).")
+    points = whole("points", points, 2)
     family = FoldFamily()
     length = math.asinh(math.cbrt(high)) - math.asinh(math.cbrt(low)) + 6.0
     control = StepControl(first=0.01, largest=length / points)

@@ -12,7 +12,7 @@ from .cohesion import LINEAR
 from .errors import NoEquilibrium, NotConverged
 from .primary import primary_branch
 from .transcription import Shooting
-from .transcription.base import Transcription
+from .transcription.base import Transcription, require_transcription
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,8 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     # At small beta0 the fold is so near to T that the first step of the walk is past it.
     walked = [p for p in branch.points if p.arclength > 0.0]
     start = ([p for p in walked if p.arclength < fold.point.arclength] or walked[:1])[-1]
-    problem = (transcription or Shooting(intervals=24)).discretise(LINEAR.pieces)
+    mesh = Shooting(intervals=24) if transcription is None else require_transcription(transcription)
+    problem = mesh.discretise(LINEAR.pieces)
     solution = nlp.minimise_lambda(problem, problem.pack(start.profile), Closure("length", sigma))
     if not solution.solved:
         raise NotConverged(

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from .arclength import chart
-from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_of
+from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_of, require_identity
 from .branch import Branch
-from .checks import finite
+from .checks import positive, whole
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, StepControl
 from .elastica import Scalars
@@ -19,9 +19,9 @@ from .errors import InvalidInput, NotConverged
 from .points import Point
 from .result import Equilibrium
 from .specials import FOLDS, RANGE, locate
-from .tracing import landings
+from .tracing import asked_at, landings
 from .transcription import Spectral
-from .transcription.base import PROFILE_POINTS, Profile, Transcription, chebyshev
+from .transcription.base import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
 
 
 class Walk(Iterator[Scalars]):
@@ -71,11 +71,14 @@ class Walk(Iterator[Scalars]):
     ) -> None:
         if direction not in (1, -1):
             raise InvalidInput(f"direction must be 1 or -1, got {direction!r}.")
+        if not isinstance(start, Equilibrium | Branch):
+            raise InvalidInput(f"a walk starts at an Equilibrium or a Branch, got {start!r:.60}.")
         self.rod = start.rod if hold == "ratio" else None  # else the rod changes along the walk
         chosen = law or _law_of(start)
         profile, forward = _start_of(start)
         value = held_at(profile.scalars, hold)
-        self.family = Family(chosen, transcription or Spectral(nodes=24), closure_for(hold, value))
+        mesh = Spectral(nodes=24) if transcription is None else require_transcription(transcription)
+        self.family = Family(chosen, mesh, closure_for(hold, value))
         anchor = "length_ratio" if hold != "beta0" else "tip_angle"
         solved = None
         for name in (anchor, "tip_angle", "length_ratio"):
@@ -101,16 +104,15 @@ class Walk(Iterator[Scalars]):
         self.points.append(point)
         return point.scalars
 
-    def branch(self, at: dict[str, Sequence[float]] | None = None) -> Branch:
+    def branch(self, at: Mapping[str, Sequence[float]] | None = None) -> Branch:
         """Return what has been walked as a `Branch`, with points at asked-for values."""
         if not self.points:
             next(self, None)
         monitors = FOLDS[self.family.closure.kind] + (RANGE if self.points[0].scalars.sigma > 0.0 else ())
         found = locate(self.family, self.points, monitors)
         extra = [f.point for f in found]
-        for name, values in (at or {}).items():
-            for value in values:
-                extra += landings(self.family, self.points, name, finite(name, value))
+        for name, asked in asked_at(at):
+            extra += landings(self.family, self.points, name, asked)
         points = sorted(self.points + extra, key=lambda p: p.arclength)
         part = Part(self.family, points, found, lambda _: "other", "stalled" if self._stalled else "limit")
         return assemble([part], self.rod, part.ended, {})
@@ -122,7 +124,7 @@ def follow(
     hold: str,
     steps: int = 100,
     until: Callable[[Scalars], bool] | None = None,
-    at: dict[str, Sequence[float]] | None = None,
+    at: Mapping[str, Sequence[float]] | None = None,
     tol: float = 1e-6,
     **options: Any,
 ) -> Branch:
@@ -143,6 +145,8 @@ def follow(
 
     Raises
     ------
+    InvalidInput
+        If an argument cannot be meant.
     NotConverged
         If a point is less accurate than that; a `Walk` keeps all points and says their errors.
 
@@ -151,16 +155,21 @@ def follow(
     Branch
         A restarted branch begins with the last point of the one it continues.
     """
+    steps, tol = whole("steps", steps, 1), positive("tol", tol)
+    if until is not None and not callable(until):
+        raise InvalidInput(f"until must be a function of the scalars, got {until!r:.60}.")
+    asked_at(at)  # before anything is walked
     walk = Walk(start, hold=hold, **options)
     for count, scalars in enumerate(walk):
         if count >= steps or (until is not None and count > 0 and until(scalars)):
             break
     branch = walk.branch(at)
-    if branch.error.max() > tol:
+    if not branch.error.max() <= tol:
         raise NotConverged(
             f"the branch is accurate to {branch.error.max():.1e} only, asked for {tol:.1e}.",
             remedy="Give fewer steps, or a finer mesh: transcription=Spectral(nodes=48).",
         )
+    require_identity(branch, tol)
     return branch
 
 
@@ -175,7 +184,7 @@ def held_at(s: Scalars, hold: str) -> float:
         "alpha1": lambda: s.alpha1,
         "tip_angle": lambda: -s.A,
     }
-    if hold not in values:
+    if not isinstance(hold, str) or hold not in values:
         raise InvalidInput(f"cannot hold {hold!r} fixed.", remedy=f"Choose one of {', '.join(values)}.")
     return float(values[hold]())
 

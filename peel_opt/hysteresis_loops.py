@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .checks import finite, known_beta0, positive, whole
+from .checks import known_beta0, pair, positive, whole
 from .elastica import PI4
 from .errors import InvalidInput, NoEquilibrium, NotConverged
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
@@ -19,7 +19,7 @@ from .landau import NormalForm
 from .maxwell_points import walk_round_the_fold, walked_potential
 from .pressure_loop import PressureLoop, sweep_pressure
 from .rod import Rod, require_rod
-from .tracing import MOST_POINTS, trace
+from .tracing import trace
 
 #: Window of lambda swept by default, in units of -lambda_F, and at beta0 = 0.
 WINDOW = (-1.3, 0.4)
@@ -90,7 +90,7 @@ def hysteresis(
         raise InvalidInput("give either a rod or beta0 to sweep.")
     if convention not in ("delay", "maxwell"):
         raise InvalidInput(f"convention must be 'delay' or 'maxwell', got {convention!r}.")
-    points = whole("points", points, 4, MOST_POINTS)
+    points = whole("points", points, 4)
     tol = positive("tol", (1e-10 if rod is None else 1e-8) if tol is None else tol)
     if rod is not None:
         if convention != "delay" or form is not None or lam is not None:
@@ -178,10 +178,7 @@ def _window(lam: tuple[float, float] | None, fold: float) -> tuple[float, float]
     """Return the swept window; it must hold the whole loop."""
     if lam is None:
         return (WINDOW[0] * -fold, WINDOW[1] * -fold) if fold else WINDOW_AT_ZERO
-    try:
-        low, high = (finite("lam", value) for value in lam)
-    except TypeError as error:
-        raise InvalidInput(f"lam must be two numbers, from and to, got {lam!r}.") from error
+    low, high = pair("lam", lam)
     if not (-PI4 <= low < fold <= 0.0 < high):
         raise InvalidInput(
             f"the window ({low:g}, {high:g}) of lambda does not hold the loop.",

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .checks import positive
+from .checks import pair, whole
 from .closures import Closure
 from .cohesion import LINEAR
 from .continuation import Family, StepControl
@@ -114,14 +114,10 @@ def maxwell_curve(beta0: tuple[float, float] = RANGE, *, points: int = 32) -> Ma
     >>> [float(round(curve.lam[i], 9)) for i in (0, -1)]
     [-0.239053836, -1.515119577]
     """
-    try:
-        low, high = (positive("beta0", value) for value in beta0)
-    except TypeError as error:
-        raise InvalidInput(f"beta0 must be two numbers, from and to, got {beta0!r}.") from error
-    if not low < high:
-        raise InvalidInput(f"the range of beta0 must rise, got ({low:g}, {high:g}).")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 6:
-        raise InvalidInput(f"points must be a whole number of at least 6, got {points!r}.")
+    low, high = pair("beta0", beta0)
+    if not 0.0 < low < high:
+        raise InvalidInput(f"the range of beta0 must be positive and rise, got ({low:g}, {high:g}).")
+    points = whole("points", points, 6)
     if high >= TURN:
         raise no_fold(high)
     return _curve(low, high, points)

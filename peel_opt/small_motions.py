@@ -291,6 +291,8 @@ def control_table(eq: Equilibrium) -> dict[str, str]:
     >>> table["fixed pressure"], table["fixed length (paper)"]
     ('unstable (index 1)', 'stable (minimum of U_e)')
     """
+    if not isinstance(eq, Equilibrium):
+        raise InvalidInput(f"a state must be an Equilibrium, got {eq!r:.60}.")
     found = stability(eq)
     flutter = ["flutter"] if found.flutter else []
 

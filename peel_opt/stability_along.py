@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from .assembly import discretised, law_of, transcription_from
-from .branch import Branch
+from .branch import Branch, require_branch
 from .closures import Closure
 from .continuation import Family
 from .errors import InvalidInput
@@ -76,7 +76,7 @@ def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     InvalidInput
         If the branch is not that of a rod.
     """
-    if branch.hold != "ratio" or branch.solutions is None:
+    if require_branch(branch).hold != "ratio" or branch.solutions is None:
         raise InvalidInput(
             "stability changes are located along the branch of a rod.", remedy="Use trace(rod)."
         )

@@ -87,6 +87,8 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
 
 def branch_arrays(branch: BranchLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return lambda, alpha1 and beta0 of a branch as checked arrays of one length."""
+    if not all(hasattr(branch, name) for name in ("lam", "alpha1", "beta0")):
+        raise InvalidInput(f"a branch has lam, alpha1 and beta0, which {branch!r:.60} has not.")
     lam, alpha1 = np.asarray(branch.lam, float), np.asarray(branch.alpha1, float)
     if lam.ndim != 1 or lam.shape != alpha1.shape or lam.size == 0:
         raise InvalidInput(

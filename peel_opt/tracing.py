@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 
 from .arclength import chart
-from .assembly import HOLDS, Part, assemble, closure_for, describe
+from .assembly import HOLDS, Part, assemble, closure_for, describe, require_identity
 from .batches import filled, point_errors
 from .branch import Branch
 from .branch_parts import Trivial
-from .checks import finite, known_beta0, positive, whole
+from .checks import finite, known_beta0, listed, pair, positive, whole
 from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family, StepControl
@@ -27,7 +27,7 @@ from .primary import PrimaryBranch
 from .rod import Rod, require_rod
 from .specials import RANGE, locate
 from .transcription import Spectral
-from .transcription.base import Transcription
+from .transcription.base import Transcription, require_transcription
 
 #: Nodes per phase tried in turn until some points of the walk are accurate to a share of ``tol``:
 #: for laws of one piece, where a finer mesh costs little and what is read off a branch (folds,
@@ -38,14 +38,11 @@ SHARE = (0.01, 0.3)
 #: Steps of the walk; the points between are filled in.
 WALK = StepControl(first=0.05, largest=0.25)
 
-#: Errors of a point by which its certificate may miss zero.
-IDENTITY = 100.0
-
 #: End of the furthest window of lambda.
 MOST_LAMBDA = 1e10
 
-#: What is neither tried nor of use beyond; the straight rod is searched for as many branch points.
-MOST_MODES, MOST_POINTS = 99, 100_000
+#: Highest mode; the straight rod is searched for as many branch points.
+MOST_MODES = 99
 
 
 def trace(
@@ -56,7 +53,7 @@ def trace(
     law: str | CohesiveLaw | None = None,
     mode: int = 1,
     points: int = 128,
-    at: dict[str, Sequence[float]] | None = None,
+    at: Mapping[str, Sequence[float]] | None = None,
     transcription: Transcription | None = None,
     tol: float = 1e-10,
 ) -> Branch:
@@ -113,7 +110,7 @@ def trace(
     named = known_law(("linear" if rod is None else "cohesive") if law is None else law)
     chosen = COHESIVE if named is None else named
     mode = whole("mode", mode, 1, MOST_MODES)
-    points = whole("points", points, 2, MOST_POINTS)
+    points = whole("points", points, 2)
     tol = positive("tol", tol)
     window = _window(lam)
     if rod is not None:
@@ -138,7 +135,9 @@ def trace(
         options["lam"] = list(window)
     kinked = len(chosen.pieces) > 1
     nodes, share = NODES[kinked], SHARE[kinked]
-    meshes: list[Transcription] = [transcription] if transcription else [Spectral(n) for n in nodes]
+    meshes: list[Transcription] = [Spectral(n) for n in nodes]
+    if transcription is not None:
+        meshes = [require_transcription(transcription)]
     for mesh in meshes:
         walks = walk(mesh)
         seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
@@ -154,7 +153,7 @@ def trace(
             )
         length = sum(part[-1].arclength for _, part, _ in inside)
         parts = [
-            _finished(w, filled(w.family, part, length / (points - 1)), ended, at or {})
+            _finished(w, filled(w.family, part, length / (points - 1)), ended, at)
             for w, part, ended in inside
         ]
         cut = rod is None and all(part.ended == "window" for part in parts)
@@ -168,32 +167,14 @@ def trace(
             f"the branch is accurate to {reached:.1e} only, asked for {tol:.1e}.",
             remedy="Give a larger tol, or a finer transcription.",
         )
-    _require_identity(branch, within)
+    require_identity(branch, within)
     if rod is not None:
         return branch
     return replace(branch, trivial=_trivial(closure, window, points))
 
 
-def _require_identity(branch: Branch, within: float) -> None:
-    """Raise where a point is no solution under its law, whatever two meshes agree on."""
-    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too,
-    # which grows with it.
-    scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
-    misses = branch.certificate > IDENTITY * within * scale * np.maximum(1.0, np.abs(branch.pressure_ratio))
-    if np.any(misses):
-        i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
-        raise NotConverged(
-            f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
-            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0, though two meshes agree.",
-            remedy="Trace it with more points, or with a finer mesh.",
-        )
-
-
 def _window(lam: tuple[float, float]) -> tuple[float, float]:
-    try:
-        low, high = (finite("lam", v) for v in lam)
-    except (OverflowError, TypeError, ValueError) as error:
-        raise InvalidInput(f"lam must be two numbers, the window of lambda, got {lam!r}.") from error
+    low, high = pair("lam", lam)
     if not -PI4 <= low < high:
         raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
     if high > MOST_LAMBDA:
@@ -229,20 +210,34 @@ def _inside(walk: PrimaryBranch, window: tuple[float, float] | None) -> tuple[li
     return points, "window" if cut else walk.ended
 
 
-def _finished(walk: PrimaryBranch, points: list[Point], ended: str, at: dict[str, Sequence[float]]) -> Part:
+def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]]:
+    """Return the quantities and values at which points must lie, one pair for each."""
+    if at is None:
+        return []
+    if not isinstance(at, Mapping):
+        raise InvalidInput(
+            f"at must give values by quantity, got {at!r:.60}.",
+            remedy='Such as at={"pressure_ratio": [0.5]}.',
+        )
+    known = (*HOLDS, "length_ratio")
+    if strange := [name for name in at if name not in known]:
+        raise InvalidInput(
+            f"unknown quantity {strange[0]!r} in at=.", remedy=f"Choose one of {', '.join(known)}."
+        )
+    return [(name, finite(name, value)) for name, values in at.items() for value in listed(name, values)]
+
+
+def _finished(
+    walk: PrimaryBranch, points: list[Point], ended: str, at: Mapping[str, Sequence[float]] | None
+) -> Part:
     """Add the special points and asked-for values to the points of a walk."""
     arclengths = (points[0].arclength, points[-1].arclength)
     specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
         specials += locate(walk.family, points, RANGE)
     extra = [s.point for s in specials]
-    for name, values in at.items():
-        if name not in HOLDS and name != "length_ratio":
-            raise InvalidInput(
-                f"unknown quantity {name!r} in at=.", remedy=f"Choose one of {', '.join(HOLDS)}."
-            )
-        for value in values:
-            extra += landings(walk.family, points, name, finite(name, value))
+    for name, value in asked_at(at):
+        extra += landings(walk.family, points, name, value)
     known = {id(p) for p in points}
     points = sorted(points + [p for p in extra if id(p) not in known], key=lambda p: p.arclength)
     ordered = sorted(specials, key=lambda s: s.point.arclength)

@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from .assembly import discretised, law_of, transcription_from, walked
-from .branch import Branch
+from .branch import Branch, require_branch
 from .closures import Closure
 from .cohesion import CohesiveLaw
 from .continuation import Family
@@ -112,9 +112,10 @@ def energies(branch: Branch) -> Energies:
     NotConverged
         If it cannot be solved between its points.
     """
-    if branch.hold != "ratio" or branch.A[0] != 0.0 or branch.solutions is None:
+    if require_branch(branch).hold != "ratio" or branch.A[0] != 0.0 or branch.solutions is None:
         raise InvalidInput(
-            "energies belong to the branch of one rod that starts at T.", remedy="Use trace(rod)."
+            "energies are counted from T on, along the branch of one rod.",
+            remedy="Use trace(rod), under a law whose first piece is straight.",
         )
     law = law_of(branch)
     family = Family(law, transcription_from(branch.solutions.transcription), Closure("ratio", branch.held))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from .answer import Method, as_method
 from .cards import Card
+from .checks import listed, positive, whole
 from .errors import InvalidInput, PeelOptError
 from .peers import BvpPeer
 from .result import Equilibrium
@@ -179,15 +180,17 @@ def tradeoff(
         Whatever the reference solve raises: without one there is nothing to compare.
     """
     ask = _question(problem)
-    if not methods or not tols or repeats < 1:
-        raise InvalidInput("give at least one method, one tolerance and one repeat.")
+    repeats = whole("repeats", repeats, 1)
+    methods, tols = listed("methods", methods), [positive("tol", tol) for tol in listed("tols", tols)]
+    if not methods or not tols:
+        raise InvalidInput("give at least one method and one tolerance.")
     for method in methods:
         if method != PEER:
             as_method(method)
     reference = ask(method=REFERENCE, tol=1e-2)
     peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
     rows = []
-    for method, tol in _shown([(method, float(tol)) for method in methods for tol in tols]):
+    for method, tol in _shown([(method, tol) for method in methods for tol in tols]):
         run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
         rows.append(_measured(run, str(method), tol, reference.answer, repeats, clock))
     return WorkPrecision(tuple(rows), reference.answered, reference.answer, reference.error)
@@ -206,6 +209,10 @@ _Outcome = tuple[float, dict[str, Any]]
 
 def _question(problem: Callable[..., Equilibrium] | Card) -> Callable[..., Equilibrium]:
     if not isinstance(problem, Card):
+        if not callable(problem):
+            raise InvalidInput(
+                f"a problem is a Card or a call that takes method and tol, got {problem!r:.60}."
+            )
         return problem
     if len(problem.questions) != 1:
         raise InvalidInput(

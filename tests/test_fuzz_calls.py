@@ -102,7 +102,7 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
         ["+- 5 %", 4],
     ),
     "design": (
-        lambda x, free: po.design(STRIP, free=free, targets={"maxwell_length": x}),
+        lambda x, free: po.design(STRIP, free=free, targets=po.Target("maxwell_length", equal=x)),
         ["2 mm", "bending_stiffness"],
     ),
     "Target": (po.Target, ["maxwell_length", 1e-3]),

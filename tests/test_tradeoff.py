@@ -191,7 +191,7 @@ def test_ipopt_s_evaluations_count() -> None:
 
 @pytest.mark.parametrize("empty", [{"methods": ()}, {"tols": ()}, {"repeats": 0}])
 def test_nothing_to_measure(empty: dict) -> None:
-    with pytest.raises(po.InvalidInput, match="at least one"):
+    with pytest.raises(po.InvalidInput, match=r"at least (one|1)"):
         tradeoff(SCENES["groups"], **empty)
 
 
@@ -270,7 +270,7 @@ def test_command_asks_all_questions_of_a_card(capsys, tmp_path) -> None:
         ("--ratio 1", "give --length or --pressure"),
         ("--ratio 1 --pressure 60kPa", "pressure"),
         ("--ratio 1 --pressure 0.7 --methods magic", "unknown method 'magic'"),
-        ("--ratio 1 --pressure 0.7 --repeats 0", "at least one"),
+        ("--ratio 1 --pressure 0.7 --repeats 0", "at least 1"),
         ("--card problems/office_tape.toml --state lower", "--state goes with"),
         ("--card problems/office_tape.toml --ratio 3", "give the rod by"),
         ("--card nowhere.toml", "cannot read card"),

@@ -1,0 +1,109 @@
+"""Every argument of every public call with a value of the wrong kind: an answer, or a typed error."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import peel_opt as po
+
+ROD, STRIP = po.Rod.from_ratio(1.0), po.Rod(2.3e-5, 140e3, 0.73e-3)
+
+#: Arguments with which a call can be meant, by its name; or a function that makes them.
+GOOD: dict[str, Callable[[], dict[str, Any]]] = {
+    "Rod": lambda: {"bending_stiffness": 1.0, "adhesion_strength": 1.0, "adhesion_range": 1.0},
+    "Spectral": dict,
+    "Collocation": dict,
+    "Shooting": dict,
+    "trapezoidal": lambda: {"plateau": 0.4},
+    "pressure_given_length": lambda: {"rod": ROD, "length": 3.2},
+    "length_given_pressure": lambda: {"rod": ROD, "pressure": 0.8},
+    "equilibrium": lambda: {"beta0": 4.0, "lam": 1.0},
+    "equilibria": lambda: {"rod": ROD, "pressure": 0.8, "law": po.exponential()},  # no grid to search
+    "trace": lambda: {"beta0": 4.0, "lam": (-1.0, 1.0), "points": 8},
+    "follow": lambda: {"start": po.equilibrium(beta0=4.0, lam=1.0), "hold": "beta0", "steps": 3},
+    "fold_curve": lambda: {"beta0": (1.0, 2.0), "points": 8},
+    "maxwell_curve": lambda: {"beta0": (2.0, 4.0), "points": 6},
+    "maxwell_length": lambda: {"ratio": 1.0},
+    "least_lambda": lambda: {"beta0": 4.0},
+    "lyapunov_schmidt": lambda: {"beta0": 4.0},
+    "hysteresis": lambda: {"beta0": 4.0, "points": 5},
+    "branch_potential": lambda: {"branch": po.trace(beta0=4.0, lam=(-1.0, 1.0), points=8)},
+    "energies": lambda: {"branch": po.trace(ROD, points=8)},
+    "stability_changes": lambda: {"branch": po.trace(ROD, points=8)},
+    "stability": lambda: {"state": po.length_given_pressure(ROD, 0.8)},
+    "control_table": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
+    "sensitivities": lambda: {"subject": po.length_given_pressure(ROD, 0.8)},
+    "critical_flaw": lambda: {"rod": ROD, "pressure": 0.5},
+    "safe_pressure": lambda: {"rod": ROD, "flaw": 3.5},
+    "readhesion_pressure": lambda: {"rod": ROD},
+    "tradeoff": lambda: {
+        "problem": lambda method, tol: po.equilibrium(beta0=4.0, lam=1.0, method=method, tol=tol),
+        "methods": ("spectral",),
+        "tols": (1e-6,),
+        "repeats": 1,
+    },
+    "Measurements": lambda: {"length": [1.9e-3], "pressure": [6e4], "pressure_sd": 500.0},
+    "MeasuredShape": lambda: {"x": [0.0, 1e-3], "y": [0.0, 1e-4], "sd": 1e-5, "pressure": 6e4},
+    "calibrate": lambda: {
+        "data": [po.Measurements([1.9e-3, 2e-3], [67e3, 6e4], pressure_sd=500.0)],
+        "free": ("adhesion_range",),
+        "rod": STRIP,
+    },
+    "sweep": lambda: {"axes": {"ratio": [1.0, 2.0], "pressure_ratio": 0.8}, "workers": 1},
+    "uncertainty": lambda: {
+        "rod": STRIP,
+        "spread": {"adhesion_strength": "5 %"},
+        "pressure": 6e4,
+        "samples": 4,
+        "indices": False,
+        "workers": 1,
+    },
+    "Target": lambda: {"quantity": "maxwell_length", "equal": 1e-3},
+    "design": lambda: {
+        "known": STRIP,
+        "free": "bending_stiffness",
+        "targets": po.Target("maxwell_length", equal="2 mm"),
+    },
+}
+
+WRONG = [None, "x", -1, 0, float("nan"), [1], {}, object(), 1j, True, (1, 2, 3), b"x", ROD, lambda *_: 1]
+
+#: What is not checked: callables of the caller's, whose own errors are the caller's too.
+OWN = {("tradeoff", "problem"), ("tradeoff", "clock"), ("sweep", "progress"), ("uncertainty", "progress")}
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_arguments_of_the_wrong_kind_raise_typed_errors(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # "x" is a good name for a journal
+    call, good = getattr(po, name), GOOD[name]()
+    call(**good)
+    for parameter in inspect.signature(call).parameters.values():
+        if parameter.kind is parameter.VAR_KEYWORD or (name, parameter.name) in OWN:
+            continue
+        for wrong in WRONG:
+            try:
+                call(**good | {parameter.name: wrong})
+            except po.PeelOptError:
+                pass
+            except TypeError as error:
+                if "missing" not in str(error):  # as Python says it of an argument
+                    pytest.fail(f"{parameter.name} = {wrong!r:.60}: {error!r}")
+
+
+#: What is public and not in the table, errors aside: results, and what is read or built otherwise.
+RESULTS = "Branch Calibration Design Equilibrium FoldCurve Sensitivities SpecialPoint Stability Sweep"
+OTHERS = "CohesiveLaw Ipopt Method NormalForm Uncertainty Walk WorkPrecision exponential read_measurements"
+
+
+def test_no_public_call_is_forgotten() -> None:
+    public = {name: getattr(po, name) for name in po.__all__}
+    errors = {n for n, p in public.items() if isinstance(p, type) and issubclass(p, Exception)}
+    calls = {n for n, p in public.items() if callable(p)}
+    assert calls - errors == set(GOOD) | {*RESULTS.split(), *OTHERS.split(), "read_shape"}
