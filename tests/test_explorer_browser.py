@@ -242,6 +242,68 @@ def test_sliders_clicks_and_the_sweep(browser: Any, server_url: str) -> None:
     assert not complaints(browser)
 
 
+def heard(browser: Any) -> list[dict[str, Any]]:
+    """What screen readers are told: role, name, value and properties of all that is not ignored."""
+    browser.execute_cdp_cmd("Accessibility.enable", {})
+    nodes = browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+    return [
+        {
+            "role": node["role"]["value"],
+            "name": node["name"]["value"],
+            "value": node.get("value", {}).get("value"),
+            **{p["name"]: p["value"].get("value") for p in node.get("properties", [])},
+        }
+        for node in nodes
+        if not node["ignored"]
+    ]
+
+
+def test_all_controls_have_names_and_are_reached_by_tab(browser: Any, server_url: str) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    open_page(browser, server_url + "?beta0=4&lam=0.5")
+    told = heard(browser)
+    stops = [node for node in told if node.get("focusable") and node["role"] != "RootWebArea"]
+    assert all(node["name"] for node in stops), stops
+    sliders = {node["name"]: node["value"] for node in told if node["role"] == "slider"}
+    assert sliders == {"β₀ = (s̄/η)³": 4, "λ = β₁ − π⁴": 0.5}
+    pressed = [node["name"] for node in told if node.get("pressed") == "true"]
+    assert pressed == ["paper's groups", "β₀ and λ", "linear (Fig 2b)", "delay", "standard"]
+    figures = [node["name"] for node in told if node["role"] in ("img", "image")]
+    assert figures == ["shape of the rod", "bifurcation diagram", "effective potential", "hysteresis loop"]
+
+    focused = """
+    let at = document.activeElement
+    while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement
+    return at.ariaLabel || at.getRootNode().querySelector("label")?.textContent || at.innerText || ""
+    """
+    order: list[str] = []
+    while len(order) < 60 and order.count("paper's groups") < 2:
+        ActionChains(browser).send_keys(Keys.TAB).perform()
+        order.append(browser.execute_script(focused).strip())
+    wanted = ["paper's groups", "β₀ and λ", "λ = β₁ − π⁴", "State", "▶ Play sweep", "delay", "PNG", *figures]
+    places = [order.index(name) for name in wanted]
+    assert places == sorted(places)
+
+    # A button that is pressed says so, and the slider its new value.
+    assert js(browser, "model('convention').active = 1; return true")
+    handle = element(browser, "slider-lam", ".noUi-handle")
+    browser.execute_script("arguments[0].focus()", handle)
+    ActionChains(browser).send_keys(Keys.ARROW_RIGHT * 3).perform()
+    wait(
+        lambda: (
+            {"Maxwell", "paper's groups"} <= {n["name"] for n in heard(browser) if n.get("pressed") == "true"}
+        )
+    )
+    wait(
+        lambda: (
+            handle.get_attribute("aria-valuetext") == js(browser, "return model('field-lam').value") != "0.5"
+        )
+    )
+    assert not complaints(browser)
+
+
 def test_files_and_links(browser: Any, server_url: str, downloads: Path) -> None:
     open_page(browser, server_url)
     js(browser, "model('field-lam').value = '0.5'")

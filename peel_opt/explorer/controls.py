@@ -193,6 +193,9 @@ class Controls:
                 ("link", "link", 48),
             )
         }
+        self.spoken_sliders = {number.slider: number.field for number in self.numbers.values()}
+        self.spoken_groups = {group: TITLES[field] for field, group in self.groups.items()}
+        self.spoken_groups[self.play] = "Sweep"
         self.nearest = Button(
             label="Go to the nearest state",
             button_type="warning",

@@ -23,6 +23,7 @@ from .downloads import picture
 from .four_panels import FourPanels
 from .playback import Recorder
 from .scene import Scene
+from .spoken import spoken
 from .texts import notes, text_box
 
 #: Time from one picture to the next while it plays [ms].
@@ -160,7 +161,11 @@ class ExportPage:
         play.js_on_change("active", CustomJS(args={**shared, "play": play}, code=_PLAYED))
         tapped = {**shared, "figure": self.panels.diagram.figure, "places": [list(p) for p in self._places]}
         self.panels.diagram.figure.js_on_event("tap", CustomJS(args=tapped, code=_TAPPED))
+        tell = spoken({slider: None}, {buttons: choice, play: "Sweep"}, self.panels.named)
+        for widget, changed in ((slider, "value"), (buttons, "active"), (play, "active")):
+            widget.js_on_change(changed, tell)
         doc = Document()
+        doc.js_on_event("document_ready", tell)
         doc.title = f"peel_opt: {scene.state.words}"
         doc.add_root(
             Row(

@@ -28,6 +28,12 @@ class FourPanels:
         """In reading order."""
         return self.rod, self.diagram, self.potential, self.loop
 
+    @property
+    def named(self) -> dict[str, Any]:
+        """The figures by what they show."""
+        names = ("shape of the rod", "bifurcation diagram", "effective potential", "hysteresis loop")
+        return {name: panel.figure for name, panel in zip(names, self.all, strict=True)}
+
     def grid(self) -> Any:
         """Return the layout of the panels."""
         return GridBox(

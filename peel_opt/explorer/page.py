@@ -24,6 +24,7 @@ from .downloads import address, outbox, picture, pulse
 from .four_panels import FourPanels
 from .panels import Frame
 from .scene import Scene, full_scene, live_scene
+from .spoken import spoken
 from .state import State
 from .state_cards import to_card
 from .tables import scene_csv
@@ -104,6 +105,9 @@ class Page:
             stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
         )
         self.doc.title = "peel_opt explorer"
+        tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
+        self.doc.js_on_event("document_ready", tell)
+        self.pulse.js_on_change("data", tell)  # after each picture
         with self.doc.models.freeze():  # one look through all models, not one for each root
             for model in (root, self.outbox, self.address, self.pulse):
                 self.doc.add_root(model)
