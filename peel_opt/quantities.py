@@ -102,16 +102,35 @@ def display(value: float, unit: str, digits: int = 6) -> str:
     >>> display(6e4, "Pa")
     '60.0000 kPa'
     """
+    number, power = _engineering(value, digits)
+    return f"{number} {_PREFIXES.get(power, '')}{unit}"
+
+
+def display_with_error(value: float, error: float, unit: str, digits: int = 6) -> str:
+    """Write an SI value and its error in the same unit: 1.79810 mm ± 2e-09 mm.
+
+    Examples
+    --------
+    >>> display_with_error(6e4, 3e-7, "Pa")
+    '60.0000 kPa ± 3e-10 kPa'
+    """
+    number, power = _engineering(value, digits)
+    full = f"{_PREFIXES.get(power, '')}{unit}"
+    return f"{number} {full} ± {error / 10.0**power:.0e} {full}"
+
+
+def _engineering(value: float, digits: int) -> tuple[str, int]:
+    """Return a number as text, and the power of ten of the prefix that goes with it."""
     if not math.isfinite(value):
-        return f"{value} {unit}"
+        return f"{value}", 0
     # Rounded first: 999.9999 Pa shown with four digits is 1.000 kPa.
     rounded = float(f"{value:.{digits - 1}e}")
     power = 3 * math.floor(math.log10(abs(rounded)) / 3 + 1e-12) if rounded else 0
     if power not in _PREFIXES:
-        return f"{value:.{digits - 1}e} {unit}"
+        return f"{value:.{digits - 1}e}", 0
     scaled = rounded / 10.0**power
     decimals = max(digits - 1 - math.floor(math.log10(abs(scaled)) + 1e-12), 0) if scaled else digits - 1
-    return f"{scaled:.{decimals}f} {_PREFIXES[power]}{unit}"
+    return f"{scaled:.{decimals}f}", power
 
 
 def _scale(name: str, unit: str, kind: Kind, own: Mapping[str, float]) -> float:

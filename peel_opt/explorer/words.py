@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..maxwell_points import TURN
-from ..quantities import display
+from ..quantities import display_with_error
 from ..result import Equilibrium
 from .curves import Curve
 from .panels import Answer
@@ -37,7 +37,7 @@ def answer_of(eq: Equilibrium) -> Answer:
             else (eq.length, "m", eq.rod.eta)
         )
         symbol = "p" if asked == "pressure" else "s̄"
-        headline = f"{symbol} = {display(value, unit)} ± {display(eq.error * size, unit, 1)}"
+        headline = f"{symbol} = {display_with_error(value, eq.error * size, unit)}"
     else:
         symbol = {"pressure_ratio": "p/T₀", "length_ratio": "s̄/η", "alpha1": "α₁"}[eq.answered]
         headline = f"{symbol} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
