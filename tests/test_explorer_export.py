@@ -215,9 +215,8 @@ def test_an_exported_page_works_without_any_network(browser: Any, page: Path) ->
         assert f"{eq.alpha1:.9f}" in live.text(browser, "headline")
 
         # The slider moves every panel.
-        stops = [node for node in live.heard(browser) if node.get("focusable")]
-        assert all(node["name"] for node in stops), stops
-        assert {"place along the branch", "bifurcation diagram"} <= {node["name"] for node in stops}
+        live.wait(lambda: not live.nameless(browser))
+        assert {"place along the branch", "bifurcation diagram"} <= {n["name"] for n in live.heard(browser)}
         before = [live.dot(browser, name) for name in ("diagram", "potential", "loop")]
         rod = "return Array.from(model('rod').renderers[0].data_source.data.y).slice(0, 5)"
         shape = live.js(browser, rod)
