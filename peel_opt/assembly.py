@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from .answer import Answer
+from .arclength import chart
 from .batches import point_errors
+from .blas import one_thread
 from .branch import Branch
 from .branch_parts import Solutions, SpecialPoint
 from .certify import first_integral_defect, held_tip_defect, report
-from .closures import Closure
+from .closures import Closure, rows
 from .cohesion import COHESIVE, LINEAR, CohesiveLaw
 from .continuation import Family
 from .elastica import Scalars
@@ -25,8 +27,9 @@ from .points import Point
 from .posed import Posed
 from .result import Equilibrium, Stats
 from .rod import Rod
+from .rounding import adjoint, scalar_gradient
 from .specials import Located
-from .transcription import Shooting, Spectral
+from .transcription import Collocation, Shooting, Spectral
 from .transcription.base import Discretisation, Transcription
 
 #: Errors of a point by which its certificate may miss zero.
@@ -179,7 +182,7 @@ def describe(kind: str, status: str, bracket: tuple[float, float], index: int, s
 #: Laws that a saved branch can be taken up with again by name alone.
 NAMED_LAWS = {law.name: law for law in (LINEAR, COHESIVE, exponential())}
 
-_TRANSCRIPTIONS: dict[str, type[Transcription]] = {"Spectral": Spectral, "Shooting": Shooting}
+_TRANSCRIPTIONS: dict[str, type[Transcription]] = {c.__name__: c for c in (Spectral, Collocation, Shooting)}
 
 
 def law_of(branch: Branch) -> CohesiveLaw:
@@ -231,7 +234,8 @@ def require_identity(branch: Branch, within: float) -> None:
     # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too,
     # which grows with it.
     scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
-    misses = branch.certificate > IDENTITY * within * scale * np.maximum(1.0, np.abs(branch.pressure_ratio))
+    size = scale * np.fmax(1.0, np.abs(branch.pressure_ratio))  # which is no number at beta0 = 0
+    misses = ~(branch.certificate <= IDENTITY * within * size)  # also what is not a number
     if np.any(misses):
         i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
         raise NotConverged(
@@ -242,17 +246,45 @@ def require_identity(branch: Branch, within: float) -> None:
 
 
 def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
-    """Return the `Equilibrium` at a point of a branch; its error is that of the branch there."""
+    """Return the `Equilibrium` at a point of a branch.
+
+    Its error is that of alpha1 at its beta0 and lambda, of a rod that of p/T0 at its length: the
+    distance from the branch times what the answer makes of it, which has no bound at a fold.
+    """
     problem, x = discretised(branch, i)
     beta0 = float(branch.beta0[i])
-    # The metric of the arclength holds alpha1/(1 + beta0).
+    # The metric holds alpha1/(1 + beta0): what the trace was asked for, as an error of the answer.
     if branch.rod is None:
-        posed = Posed.at_groups(law_of(branch), beta0, float(branch.lam[i]))
-        size = 1.0 + beta0
+        posed, size = Posed.at_groups(law_of(branch), beta0, float(branch.lam[i])), 1.0 + beta0
     else:
         posed = Posed.at_length(branch.rod, law_of(branch), float(branch.length_ratio[i]))
         size = 2.0 * (1.0 + beta0) / beta0
-    stats = Stats(method=branch.solutions.transcription if branch.solutions else "", unknowns=problem.size)
-    solved = Answer(problem, x, float(branch.error[i]) * size, stats)
+    assert branch.solutions is not None  # or it would not be discretised
+    response = _response(posed, problem, x, branch.solutions.tangents[i])
+    stats = Stats(method=branch.solutions.transcription, unknowns=problem.size)
+    solved = Answer(problem, x, float(branch.error[i]) * response, stats)
     tol = float(branch.options.get("tol", 1e-8)) * size
     return report(posed, str(branch.state[i]), solved, tol)
+
+
+def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.ndarray) -> float:
+    """Largest error of an answer for each unit of distance from the branch.
+
+    A point that is off by d in the scalars answers for numbers that are off too: the answer at the
+    given ones is off by (grad a - sum r_j grad g_j) d, with r_j = da/dg_j.
+    """
+    wanted = scalar_gradient(posed.read, x[-4:])
+    _, given = rows(*posed.given)(x[-4:])
+    if problem.scalars(x).m == 0.0:
+        # At the contact the system is singular; what the last closure does is seen along the branch.
+        slope = np.array([[0.0], [float(wanted @ tangent[-4:]) / float(given[1] @ tangent[-4:])]])
+        left = wanted - (slope * given).sum(axis=0)
+    else:
+        _, jacobian = problem.linearise(x)
+        gradient = np.zeros(len(x))
+        gradient[-4:] = wanted
+        with one_thread(len(x)):
+            response, _ = adjoint(jacobian, given, gradient, x)
+        left = wanted - response[-2:] @ given
+    # At T, where A = 0, the metric does not see m, and neither does the answer.
+    return float(np.linalg.norm(np.linalg.lstsq(chart(x[-4:])[1].T, left)[0]))
