@@ -129,11 +129,18 @@ class PrimaryBranch:
     def extend(self, enough: Callable[[Point], bool]) -> None:
         """Walk on until ``enough`` is true of the last point, or the branch ends."""
         with self._lock:
-            if self._walk is None:
-                self._walk = self._start()
-                self.points.append(next(self._walk))
-            while not self.ended and not enough(self.points[-1]):
-                self._advance()
+            try:
+                if self._walk is None:
+                    self._walk = self._start()
+                    self.points.append(next(self._walk))
+                while not self.ended and not enough(self.points[-1]):
+                    self._advance()
+            except BaseException:
+                # What interrupts a walk ends it; nobody may take the part for the whole.
+                self._walk, self.ended = None, ""
+                self.points.clear()
+                self.folds.clear()
+                raise
 
     def _start(self) -> Iterator[Point]:
         start = first_point(self.family, self.mode)
@@ -217,10 +224,10 @@ ENTRY_PRESSURE, HIGHEST_PRESSURE = 0.8, 0.9995
 def _by_homotopy(family: Family) -> Point:
     """Blend law (8) into the family's law at fixed pressure, then walk back towards T0."""
     start = primary_branch(COHESIVE, family.closure)
-    start.extend(lambda p: p.scalars.pressure_ratio < ENTRY_PRESSURE or bool(start.folds))
-    lowest = min(p.scalars.pressure_ratio for p in start.points)
+    fold = start.reach("LP-pressure")
     # A stiff rod has no state so low: half way down to its least pressure, then.
-    given = Closure("pressure", max(ENTRY_PRESSURE, 0.5 * (1.0 + lowest)))
+    half_way = 0.5 * (1.0 + fold.point.scalars.pressure_ratio) if fold else 0.0
+    given = Closure("pressure", max(ENTRY_PRESSURE, half_way))
     profile = start.candidates(given)[0].profile
     h, step = 0.0, 0.125
     solved = None

@@ -151,6 +151,8 @@ def _select(question: Question) -> tuple[Candidate, float, int]:
         raise _nothing_fits(branch, question, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
+    elif branch.ended in ("stalled", "limit") and not _far_enough(branch, question, branch.points[-1]):
+        raise _not_followed(branch, question, True)  # the state meant may lie beyond
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
         values = [posed.read(c.profile.scalars) for c in fitting]
         listed = ", ".join(f"{posed.asked} = {v:.6g}" for v in values)
@@ -198,7 +200,7 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
 def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
     """Whether the walk has passed every state the question may mean."""
     s, target = last.scalars, question.target
-    endless = branch.family.law is LINEAR  # p may fall for ever while the length grows
+    endless = branch.family.law == LINEAR  # p may fall for ever while the length grows
     if branch.side < 0 or target.kind == "lam":
         return len(branch.points) > 1 and (s.lam if target.kind == "lam" else s.sigma) > target.value
     if question.state == "folded" or question.near is not None:
@@ -212,7 +214,7 @@ def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
 
 def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
-    if not found and branch.family.law is not LINEAR:
+    if not found and branch.family.law != LINEAR:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
     if branch.ended in ("stalled", "limit"):
@@ -250,7 +252,7 @@ def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> 
     if last.sigma > 0.0:
         reached += f", p/T0 = {last.pressure_ratio:.4g}"
     message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
-    if in_range or branch.family.law is LINEAR:
+    if in_range or branch.family.law == LINEAR:
         return NotConverged(message, remedy="Give a number nearer to the transition.")
     return OutOfRange(
         f"{message} Its eta/y0 = {_ratio(branch):.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
