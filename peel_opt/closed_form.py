@@ -63,7 +63,7 @@ class ClosedForm:
 
 def applies(law: CohesiveLaw) -> bool:
     """Whether a law has the linear law's first piece."""
-    return law is LINEAR or law is COHESIVE
+    return law in (LINEAR, COHESIVE)
 
 
 def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -> ClosedForm:
@@ -91,7 +91,7 @@ def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -
             reason = str(error)
             continue
         beta0 = root.sigma**3
-        if law is COHESIVE and (2.0 * root.alpha1 < -beta0 or root.alpha1 > 0.0):
+        if law == COHESIVE and (2.0 * root.alpha1 < -beta0 or root.alpha1 > 0.0):
             raise NotConverged("there p/T0 is not in [1/2, 1], and the shape is not within y0.")
         if root.error <= tol:
             break

@@ -198,7 +198,7 @@ def equilibrium(
         b0 = known_beta0(beta0)
         shift = known_lambda(lam, beta1)
         posed = Posed.at_groups(known_law(law), b0, shift)
-        if b0 == 0.0 and posed.law is not LINEAR:
+        if b0 == 0.0 and posed.law != LINEAR:
             raise InvalidInput(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )

@@ -12,12 +12,14 @@ from .arclength import chart
 from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_of, require_identity
 from .branch import Branch
 from .checks import positive, whole
-from .cohesion import COHESIVE, LINEAR, CohesiveLaw
+from .cohesion import COHESIVE, CohesiveLaw
 from .continuation import Family, StepControl
 from .elastica import Scalars
 from .errors import InvalidInput, NotConverged
 from .points import Point
+from .posed import known_law
 from .result import Equilibrium
+from .shape import Solution
 from .specials import FOLDS, RANGE, locate
 from .tracing import asked_at, landings
 from .transcription import Spectral
@@ -65,12 +67,16 @@ class Walk(Iterator[Scalars]):
         *,
         hold: str,
         direction: int = 1,
-        law: CohesiveLaw | None = None,
+        law: str | CohesiveLaw | None = None,
         step: StepControl | None = None,
         transcription: Transcription | None = None,
     ) -> None:
         if direction not in (1, -1):
             raise InvalidInput(f"direction must be 1 or -1, got {direction!r}.")
+        if law is not None and not isinstance(law, CohesiveLaw):
+            law = known_law(law) or COHESIVE
+        if step is not None and not isinstance(step, StepControl):
+            raise InvalidInput(f"step must be a StepControl, got {step!r:.60}.")
         if not isinstance(start, Equilibrium | Branch):
             raise InvalidInput(f"a walk starts at an Equilibrium or a Branch, got {start!r:.60}.")
         self.rod = start.rod if hold == "ratio" else None  # else the rod changes along the walk
@@ -196,8 +202,8 @@ def _closure(name: str, value: float) -> Any:
 def _law_of(start: Equilibrium | Branch) -> CohesiveLaw:
     if isinstance(start, Branch):
         return law_of(start)
-    if start.law == LINEAR.name and start.rod is not None:
-        return COHESIVE  # a rod's answer is called linear only while the two agree
+    if isinstance(start.source, Solution):
+        return start.source.law  # the name may be "linear" where the shape stays within y0
     if start.law not in NAMED_LAWS:
         raise InvalidInput(f"the law {start.law!r} must be given with law=.")
     return NAMED_LAWS[start.law]

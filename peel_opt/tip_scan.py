@@ -77,7 +77,7 @@ class TipShooting:
         if self.touching:
             return np.zeros_like(P)
         linear = 2.0 * (1.0 - P)
-        if self.law is LINEAR:
+        if self.law == LINEAR:
             return linear
         return np.where(P >= 0.5, linear, 0.5 / np.maximum(P, 1e-12))
 
@@ -100,7 +100,7 @@ class TipShooting:
         theta, turn, nx, ny, y = z
         sine, cosine = np.sin(theta), np.cos(theta)
         u = self.ratio * y
-        lost = u if self.law is LINEAR else np.minimum(u, 1.0)  # 1 - tau
+        lost = u if self.law == LINEAR else np.minimum(u, 1.0)  # 1 - tau
         return np.stack([turn, ny * cosine - nx * sine, -P * sine, P * cosine - 1.0 + lost, sine])
 
     def misses(self, angle: np.ndarray, P: np.ndarray, sigma: np.ndarray, steps: int) -> np.ndarray:
