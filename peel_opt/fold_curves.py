@@ -78,7 +78,16 @@ class FoldCurve:
         """All fold values of lambda at one beta0, solved for, in order along the curve."""
         closure = Closure("length", math.cbrt(positive("beta0", beta0)))
         gap, system, found = self.beta0 - beta0, FoldFamily().system, []
-        for i in np.flatnonzero((gap[:-1] * gap[1:] < 0.0) | (gap[:-1] == 0.0)):
+        gap[np.abs(gap) <= 1e-14 * beta0] = 0.0  # the ends are landed on, to rounding
+        last = len(gap) - 2
+        crossed = (gap[:-1] * gap[1:] < 0.0) | (gap[:-1] == 0.0)
+        crossed[last] |= gap[-1] == 0.0
+        if not crossed.any():
+            raise InvalidInput(
+                f"beta0 = {beta0:g} is not on this curve,"
+                f" from {self.beta0.min():.6g} to {self.beta0.max():.6g}."
+            )
+        for i in np.flatnonzero(crossed):
             share = gap[i] / (gap[i] - gap[i + 1])
             start = (1.0 - share) * self.unknowns[i] + share * self.unknowns[i + 1]
             solved = correct(system, start, (closure,))

@@ -18,7 +18,7 @@ from .continuation import Family
 from .errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from .points import Point
 from .posed import Posed, known_lambda, known_law
-from .primary import Candidate, PrimaryBranch, crossings, primary_branch
+from .primary import UNFOLDED, Candidate, PrimaryBranch, crossings, primary_branch
 from .result import DISQUALIFYING, Equilibrium
 from .rod import Rod, require_ratio, require_rod
 from .tip_scan import TipShooting, starts_at_length, starts_at_pressure
@@ -86,7 +86,8 @@ def equilibria(
     -------
     list of Equilibrium
         Sorted by p/T0, at one pressure by length.  ``state`` is "middle", "lower" or "folded"
-        on the primary branch, "spurious" for alpha1 > 0 or y < 0, else "other".  A state whose
+        on the primary branch, where one that is not certified to ``tol`` is listed with that
+        ``status``; "spurious" for alpha1 > 0 or y < 0, else "other".  A state whose
         tip is held down to the plate carries the flag "tip on plate"; its certificate is
         |p y_tip - Phi(y_tip)| / (T0 y0), which says less than the usual one.
 
@@ -109,7 +110,7 @@ def equilibria(
     tol = positive("tol", tol)
     results: list[Equilibrium] = []
     for found in _distinct(_search(ask)):
-        solved = _certified(ask, found, chosen, tol)
+        solved = _solved(ask, found, chosen, tol)
         if solved is not None and not any(_same(solved, other) for other in results):
             results.append(solved)
     return sorted(results, key=lambda eq: (eq.alpha1 / eq.beta0, eq.beta0, eq.tip_angle))
@@ -203,7 +204,7 @@ def _on_primary_branch(ask: _Ask) -> list[_Found]:
 def _past(branch: PrimaryBranch, target: Closure, last: Point) -> bool:
     """Whether an endless side of the branch has been walked far enough."""
     s, side = last.scalars, branch.side
-    endless = side < 0 or branch.family.law is LINEAR
+    endless = side < 0 or branch.family.law == LINEAR
     if not endless or len(branch.points) < 2:
         return False
     if target.kind == "length":
@@ -215,7 +216,7 @@ def _past(branch: PrimaryBranch, target: Closure, last: Point) -> bool:
 
 def _starts(ask: _Ask, shooting: TipShooting) -> list[Profile]:
     if ask.target.kind == "length":
-        lowest = PRESSURES[0] if ask.law is LINEAR else 0.002
+        lowest = PRESSURES[0] if ask.law == LINEAR else 0.002
         return starts_at_length(shooting, ask.target.value, (lowest, PRESSURES[1]))
     branch = primary_branch(ask.law, ask.fixed)
     longest = 1.2 * max((p.scalars.sigma for p in branch.points), default=4.0)
@@ -283,14 +284,14 @@ def _same(a: Equilibrium, b: Equilibrium) -> bool:
     return gap < SAME * (1.0 + abs(a.answer))
 
 
-def _certified(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium | None:
-    """Solve with the method asked for; None where it is not certified."""
+def _solved(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium | None:
+    """Solve with the method asked for; None where a state off the primary branch is not certified."""
     try:
         solved = answer(ask.posed, found.profile, method, tol)
     except (NotConverged, NotCertified):
         return None
     eq = report(ask.posed, found.state, solved, tol)
     if not eq.certified:
-        return None
+        return eq if found.state in (*UNFOLDED, "folded") else None
     physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])
     return eq if physical else replace(eq, state="spurious")

@@ -38,6 +38,9 @@ SHARE = (0.01, 0.3)
 #: Steps of the walk; the points between are filled in.
 WALK = StepControl(first=0.05, largest=0.25)
 
+#: Least number of points of the walk after which it is given up.
+LONGEST = 400
+
 #: End of the furthest window of lambda.
 MOST_LAMBDA = 1e10
 
@@ -117,7 +120,7 @@ def trace(
         closure, sides = Closure("ratio", require_rod(rod).ratio), [1]
     else:
         closure, sides = Closure("length", math.cbrt(known_beta0(beta0))), [-1, 1]
-        if closure.value == 0.0 and chosen is not LINEAR:
+        if closure.value == 0.0 and chosen != LINEAR:
             raise InvalidInput(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )
@@ -125,7 +128,7 @@ def trace(
     def walk(transcription: Transcription) -> list[PrimaryBranch]:
         # The tip stays on the plate along the branches of even modes.
         family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
-        walks = [PrimaryBranch(family, side, mode, WALK, longest=20 * points) for side in sides]
+        walks = [PrimaryBranch(family, side, mode, WALK, longest=max(LONGEST, 20 * points)) for side in sides]
         for w in walks:
             w.extend(partial(_left_for_good, window, w) if rod is None else partial(_past_zero, chosen))
         return walks
@@ -187,7 +190,7 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
 
 def _past_zero(law: CohesiveLaw, last: Point) -> bool:
     """Whether a rod's branch under the linear law has reached p < 0, where it may have no end."""
-    return law is LINEAR and last.scalars.pressure_ratio < 0.0
+    return law == LINEAR and last.scalars.pressure_ratio < 0.0
 
 
 def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:

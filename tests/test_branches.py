@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import pickle
 from itertools import islice, pairwise
 
 import numpy as np
@@ -13,6 +15,7 @@ from peel_opt.arclength import chart
 from peel_opt.closures import Closure
 from peel_opt.cohesion import COHESIVE, LINEAR
 from peel_opt.continuation import Family, StepControl, transition
+from peel_opt.points import Point
 from peel_opt.primary import PrimaryBranch
 from peel_opt.transcription import Shooting, Spectral
 
@@ -399,6 +402,82 @@ def test_states_at_random_groups_are_those_of_the_independent_solver(seed: int) 
             continue  # the oracle ties the tip's height to the pressure
         again = oracle.given_groups(beta0, lam, guess=(eq.alpha1, eq.tip_angle))
         assert again.alpha1 == pytest.approx(eq.alpha1, abs=1e-6 * (1.0 + abs(eq.alpha1)))
+
+
+@pytest.mark.parametrize("nodes", [5, 6, 8])
+def test_errors_of_equilibria_on_a_branch_are_those_at_their_groups(nodes: int) -> None:
+    # The branch is near in the plane across it; what is reported is alpha1 at beta0 and lambda.
+    branch = po.trace(beta0=4, lam=(-1, 3), transcription=po.Spectral(nodes), tol=1e-2, points=20)
+    for eq in branch:
+        if abs(eq.alpha1) > 1e-6 and eq.error < 1e-3:  # off T and the fold
+            exact = po.equilibrium(beta0=eq.beta0, lam=eq.lam, near=eq.alpha1, tol=1e-9)
+            assert abs(exact.alpha1 - eq.alpha1) <= eq.error + exact.error
+            assert eq.error <= 5.0 * abs(exact.alpha1 - eq.alpha1) + 1e-12
+    fold = branch.special("LP-lambda")[0]
+    assert branch[fold.index].error > 1e-2
+    assert not branch[fold.index].certified
+
+
+def test_a_loaded_or_pickled_branch_keeps_its_flags() -> None:
+    branch = po.trace(po.Rod.from_ratio(1.0), law="linear", points=20)
+    again = pickle.loads(pickle.dumps(branch))
+    assert [eq.flags for eq in again] == [eq.flags for eq in branch]
+    assert any("y > y0" in eq.flags for eq in branch)
+
+
+def test_an_interrupted_walk_is_not_taken_for_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    rod, step, count = po.Rod.from_ratio(0.7771), Family.step, itertools.count()
+
+    def interrupted(self: Family, here: Point, ds: float) -> Point | None:
+        if next(count) == 6:
+            raise KeyboardInterrupt
+        return step(self, here, ds)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Family, "step", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            po.length_given_pressure(rod, 0.3, method="spectral")
+    assert po.pressure_given_length(rod, 3.3, method="spectral").state == "lower"
+    assert po.length_given_pressure(rod, 0.5, state="folded").certified
+
+
+def test_few_points_do_not_cut_a_branch() -> None:
+    for points in (2, 5):
+        branch = po.trace(po.Rod.from_ratio(30.0), points=points)
+        assert branch.ended == "contact"
+        assert branch.special("LP-pressure")
+
+
+def test_a_walk_keeps_the_law_that_was_solved_with() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    eq = po.pressure_given_length(rod, 3.1456, law="linear")
+    assert "y > y0" in eq.flags
+    branch = po.follow(eq, hold="ratio", steps=3)
+    assert branch.law == "linear"
+    assert branch.pressure_ratio[0] == pytest.approx(eq.pressure_ratio, abs=1e-9)
+    for wrong in ({"law": "linaer"}, {"step": 0.1}):
+        with pytest.raises(po.InvalidInput):
+            po.follow(eq, hold="ratio", **wrong)
+
+
+def test_a_state_of_the_branch_that_is_not_certified_is_listed() -> None:
+    found = po.equilibria(po.Rod.from_ratio(24.487), pressure=0.0037115, tol=1e-12)
+    assert [eq.state for eq in found if eq.state in ("lower", "folded")]
+    assert not any(eq.certified for eq in found if eq.error > 1e-12)
+
+
+def test_points_are_read_back_of_every_transcription() -> None:
+    for mesh in (po.Collocation(), po.Shooting(), po.Spectral(np.int64(16))):
+        branch = po.trace(beta0=4, lam=(-1, 1), points=10, transcription=mesh, tol=1e-5)
+        assert branch[3].certificate < 1e-5
+
+
+def test_a_fold_curve_holds_both_its_ends() -> None:
+    curve = po.fold_curve((1, 50))
+    assert len(curve.at(1.0)) == 1
+    assert len(curve.at(50.0)) >= 1
+    with pytest.raises(po.InvalidInput, match="not on this curve"):
+        curve.at(51.0)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..checks import whole
 from ..cohesion import Piece
 from ..elastica import Scalars, bending, rhs, sin_over, vertical_load
 from ..errors import InvalidInput
@@ -54,12 +55,10 @@ class Collocation(FixedOrder):
     mesh: str = "adapted"
 
     def __post_init__(self) -> None:
-        if self.mesh not in MESHES:
+        if not isinstance(self.mesh, str) or self.mesh not in MESHES:
             raise InvalidInput(f"unknown mesh {self.mesh!r}.", remedy=f"Choose one of {', '.join(MESHES)}.")
         for name in ("intervals", "stages"):
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise InvalidInput(f"{name} must be a whole number of at least 1, got {value!r}.")
+            object.__setattr__(self, name, whole(name, getattr(self, name), 1))
 
     @property
     def order(self) -> int:

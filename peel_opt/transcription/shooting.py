@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853, RK45
 
+from ..checks import whole
 from ..cohesion import Piece
 from ..elastica import Scalars, rhs
 from ..errors import InvalidInput
@@ -67,9 +68,7 @@ class Shooting(FixedOrder):
                 f"unknown integrator {self.integrator!r}.", remedy=f"Choose one of {', '.join(INTEGRATORS)}."
             )
         for name in ("intervals", "steps"):
-            value = getattr(self, name)
-            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise InvalidInput(f"{name} must be a whole number of at least 1, got {value!r}.")
+            object.__setattr__(self, name, whole(name, getattr(self, name), 1))
 
     @property
     def order(self) -> int:

@@ -65,8 +65,8 @@ class Spectral(Transcription):
 
     def __post_init__(self) -> None:
         # A matrix of nodes x nodes is kept for each phase.
-        whole("nodes", self.nodes, 2, 1000)
-        whole("elements", self.elements, 1, 1000)
+        object.__setattr__(self, "nodes", whole("nodes", self.nodes, 2, 1000))
+        object.__setattr__(self, "elements", whole("elements", self.elements, 1, 1000))
 
     @property
     def sure_gain(self) -> float:
