@@ -91,7 +91,9 @@ class RodTable(Table):
             self.work_of_separation,
         )
         if self.youngs_modulus and self.thickness and self.poisson_ratio is not None:
-            k = self.youngs_modulus * self.thickness**3 / (12.0 * (1.0 - self.poisson_ratio**2))
+            h = self.thickness
+            # Multiplied out, a slip like 1e200 m becomes infinite, which the rod refuses.
+            k = self.youngs_modulus * h * h * h / (12.0 * (1.0 - self.poisson_ratio**2))
         if G and T0:
             y0 = 2.0 * G / T0
         elif G and y0:

@@ -89,7 +89,15 @@ class Card(Table):
         """Return one name for each question, no two the same."""
         labels = [question.label(self.problem) for question in self.questions]
         repeated = Counter(labels)
-        return [f"{text} ({n})" if repeated[text] > 1 else text for n, text in enumerate(labels, 1)]
+        taken = {text for text in labels if repeated[text] == 1}
+        named = []
+        for n, text in enumerate(labels, 1):
+            name = text
+            while repeated[text] > 1 and name in taken | {text}:
+                name = f"{name} ({n})"
+            taken.add(name)
+            named.append(name)
+        return named
 
     def ask(
         self, *, method: str | None = None, tol: float | None = None

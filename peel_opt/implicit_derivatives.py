@@ -152,7 +152,7 @@ def sensitivities(subject: Equilibrium | Rod, of: str | None = None) -> Sensitiv
     -3.203367
     """
     if isinstance(subject, Rod):
-        if of not in LIMITS:
+        if not isinstance(of, str) or of not in LIMITS:
             raise InvalidInput(
                 f"sensitivities of a rod need a number to differentiate, got {of!r}.",
                 remedy=f"Give of= one of {', '.join(map(repr, LIMITS))}, or an equilibrium.",

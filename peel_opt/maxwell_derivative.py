@@ -27,6 +27,7 @@ from .gauss import Grid
 from .maxwell_points import walk_round_the_fold, walked_potential
 from .newton import correct, factorised
 from .primary import PrimaryBranch
+from .rod import require_ratio
 from .solution_surface import Gradient
 
 #: Numbers of Gauss nodes in alpha1, taken until two results agree; near the corner of the branch
@@ -61,6 +62,8 @@ def maxwell_gradient(ratio: float) -> Gradient:
     ------
     NoEquilibrium
         If there is no Maxwell point at this ratio.
+    OutOfRange
+        For eta/y0 above 1e5.
     NotConverged
         If the branch cannot be followed there.
     """
@@ -70,6 +73,7 @@ def maxwell_gradient(ratio: float) -> Gradient:
             remedy=f"It exists for eta/y0 above {LEAST_RATIO:g}.",
             nearest=LEAST_RATIO,
         )
+    require_ratio(ratio, (LEAST_RATIO, 1e5))
     start = maxwell_length(ratio, "branch") / ratio
     if not start > 0.0 and ratio < NEAR_END:
         raise NotConverged(

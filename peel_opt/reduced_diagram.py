@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .checks import finite
+from .checks import listed, pair, whole
 from .errors import InvalidInput, NotConverged
 from .reduction import Reduction
 
@@ -28,12 +28,14 @@ def zero_set(
     samples: tuple[int, int],
 ) -> list[Curve]:
     """Return the curves on which h = g/A vanishes; see `Reduction.diagram`."""
-    for name, (low, high) in (("lam_range", lam_range), ("A_range", A_range)):
-        if not finite(name, low) < finite(name, high):
+    for name, span in (("lam_range", lam_range), ("A_range", A_range)):
+        low, high = pair(name, span)
+        if not low < high:
             raise InvalidInput(f"{name} must ascend, got ({low:g}, {high:g}).")
-    if min(samples) < 2:
-        raise InvalidInput(f"samples must be at least 2 each, got {samples}.")
-    lam, A = np.linspace(*lam_range, samples[0]), np.linspace(*A_range, samples[1])
+    counts = [whole("samples", count, 2) for count in listed("samples", samples)]
+    if len(counts) != 2:
+        raise InvalidInput(f"samples must be two numbers, of lambda and of A, got {samples!r:.60}.")
+    lam, A = np.linspace(*lam_range, counts[0]), np.linspace(*A_range, counts[1])
     h = reduction.solve(A[:, None], lam).h
     column, left = np.nonzero((h[:, :-1] != 0.0) & (h[:, :-1] * h[:, 1:] <= 0.0))
     if not column.size:

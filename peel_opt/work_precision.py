@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from .answer import Method, as_method
 from .cards import Card
 from .checks import listed, positive, whole
-from .errors import InvalidInput, PeelOptError
+from .errors import InvalidInput, NotConverged, PeelOptError
 from .peers import BvpPeer
 from .result import Equilibrium
 from .transcription import Spectral
@@ -188,6 +188,11 @@ def tradeoff(
         if method != PEER:
             as_method(method)
     reference = ask(method=REFERENCE, tol=1e-2)
+    if not reference.certified:
+        raise NotConverged(
+            f"there is no reference to compare with: {reference.message or reference!r:.200}",
+            remedy="Ask something that method='spectral' answers.",
+        )
     peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
     rows = []
     for method, tol in _shown([(method, tol) for method in methods for tol in tols]):

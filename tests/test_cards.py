@@ -259,3 +259,26 @@ def test_a_path_that_is_no_card_is_one_line(tmp_path):
 def test_several_mistakes_are_counted(card):
     with pytest.raises(CardError, match="1 more"):
         card(SI.replace("140 kPa", "140 kpa").replace("0.73 mm", "0.73 mn"))
+
+
+def test_a_thickness_that_overflows_is_wrong_input(tmp_path):
+    path = tmp_path / "thick.toml"
+    text = (
+        'title = "thick"\n[rod]\nyoungs_modulus = "1 MPa"\nthickness = "1e200 m"\npoisson_ratio = 0.3\n'
+        'adhesion_strength = "1 kPa"\nadhesion_range = "1 mm"\n[[questions]]\npressure = "500 Pa"\n'
+    )
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(PeelOptError):
+        load_card(path).rod()
+
+
+def test_names_of_questions_are_told_apart(tmp_path):
+    path = tmp_path / "names.toml"
+    questions = "".join(
+        f'[[questions]]\nname = "{n}"\npressure_ratio = 0.{5 + i}\n'
+        for i, n in enumerate(["a", "a", "a (2)"])
+    )
+    path.write_text(f'title = "names"\n[rod]\nratio = 1.0\n{questions}', encoding="utf-8")
+    labels = load_card(path).labels()
+    assert len(set(labels)) == 3
+    assert labels[2] == "a (2)"

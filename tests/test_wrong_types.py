@@ -107,3 +107,16 @@ def test_no_public_call_is_forgotten() -> None:
     errors = {n for n, p in public.items() if isinstance(p, type) and issubclass(p, Exception)}
     calls = {n for n, p in public.items() if callable(p)}
     assert calls - errors == set(GOOD) | {*RESULTS.split(), *OTHERS.split(), "read_shape"}
+
+
+@pytest.mark.parametrize("wrong", [5, (2.5, 3), (3,), 3.0, None, "ab"])
+def test_diagrams_of_the_reduction(wrong: object) -> None:
+    for name in ("samples", "lam_range", "A_range"):
+        with pytest.raises(po.InvalidInput):
+            po.lyapunov_schmidt(4.0).diagram(**{name: wrong if name == "samples" else 3.0})
+
+
+@pytest.mark.parametrize("wrong", [[1], "nothing", 3.0, {}])
+def test_limits_that_have_no_sensitivities(wrong: object) -> None:
+    with pytest.raises(po.InvalidInput):
+        po.sensitivities(ROD, of=wrong)

@@ -13,6 +13,7 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..checks import whole
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -101,8 +102,8 @@ def make(
     wanted = [str(name) for name in names] or list(FIGURES)
     if unknown := [name for name in wanted if name not in FIGURES]:
         raise InvalidInput(f"there is no figure {unknown[0]!r}.", remedy=f"Choose from {', '.join(FIGURES)}.")
-    if points is not None and points < 8:
-        raise InvalidInput(f"a figure needs at least 8 points, got {points}.")
+    if points is not None:
+        points = whole("points", points, 8)
 
     from tqdm import tqdm
 
