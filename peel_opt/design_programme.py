@@ -4,9 +4,10 @@
     subject to  the blocks of all requirements,  log(quantity / wanted) = 0, >= 0 or <= 0,
                 bounds of the free numbers, and eta/y0 where the branch can be walked.
 
-With ``elastic`` the requirements may be missed, at a price per logarithm that no objective
-outweighs; without an objective that is what comes closest to a design that does not exist.  A
-programme is compiled once for its structure; all numbers of a question are parameters.
+With ``elastic`` the requirements may be missed, at a price per logarithm.  They are met where they
+can be if no multiplier is larger than the price; without an objective any price finds what comes
+closest to a design that does not exist.  A programme is compiled once for its structure; all
+numbers of a question are parameters.
 """
 
 from __future__ import annotations
@@ -32,8 +33,13 @@ TOL, MOST_ITERATIONS = 1e-9, 80
 #: Distance of log(eta/y0) from the ends of the range, so that rounding does not leave it.
 MARGIN = 1e-6
 
-#: Price of missing a requirement by 1 in its logarithm; the objective changes by 1 in its own.
-PRICE = 100.0
+#: Price of missing a requirement by 1 in its logarithm, while the objective changes by 1 in its own:
+#: the first, which is above most multipliers and so low that the programme is well scaled, the factor
+#: by which it is raised where it is not, and the last.
+PRICE, PRICE_FACTOR, LAST_PRICE = 100.0, 10.0, 1e8
+
+#: Part of the price from which on a multiplier is at it, which the barrier keeps a little below.
+AT_PRICE = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +55,8 @@ class Outcome:
     iterations : int
     multipliers : ndarray
         d(objective)/d(log wanted) of each requirement.
+    price : float
+        Of missing a requirement.
     """
 
     z: np.ndarray
@@ -56,6 +64,12 @@ class Outcome:
     status: str
     iterations: int
     multipliers: np.ndarray
+    price: float
+
+    @property
+    def pays(self) -> bool:
+        """Whether a requirement is missed for the objective: its multiplier is then the price."""
+        return bool(np.abs(self.multipliers).max() >= AT_PRICE * self.price)
 
 
 def solve(
@@ -66,6 +80,7 @@ def solve(
     *,
     elastic: bool,
     reach: float = math.inf,
+    price: float = PRICE,
 ) -> Outcome:
     """Solve from a rod whose blocks are solved.
 
@@ -83,6 +98,8 @@ def solve(
     elastic : bool
     reach : float
         How far the logarithms may move from the start.
+    price : float
+        Of missing a requirement by 1 in its logarithm, if ``elastic``.
 
     Returns
     -------
@@ -99,6 +116,7 @@ def solve(
         [math.log(b.requirement.value) for b in blocks],
         [math.log(b.requirement.given) if b.requirement.given > 0.0 else 0.0 for b in blocks],
         *(b.scale for b in blocks),
+        [price],
     ]
     own: np.ndarray = np.concatenate(numbers)
     residuals, rows = programme.residuals, programme.row_scale(at, own)
@@ -125,6 +143,7 @@ def solve(
         status=status,
         iterations=int(stats["iter_count"]),
         multipliers=-result["lam_g"].full().ravel()[residuals : residuals + count],
+        price=price,
     )
 
 
@@ -132,7 +151,7 @@ class _Programme:
     """A programme for blocks of some structure, m free numbers, and parameters.
 
     The parameters are offset, matrix and objective, the logarithms of what is wanted and given,
-    the scales of the unknowns of all blocks, and those of the equations that vanish.
+    the scales of the unknowns of all blocks, the price, and the scales of the equations that vanish.
     """
 
     def __init__(self, structures: tuple[Structure, ...], m: int, elastic: bool) -> None:
@@ -141,8 +160,9 @@ class _Programme:
         self.size = m + slacks + sum(sizes)
         u = ca.MX.sym("u", self.size)
         z, s, *unknowns = _split(u, [m, slacks, *sizes])
-        own = ca.MX.sym("own", 3 + 4 * m + 2 * count + sum(sizes))
-        offset, matrix, weights, wanted, given, *scales = _split(own, [3, 3 * m, m, count, count, *sizes])
+        own = ca.MX.sym("own", 4 + 4 * m + 2 * count + sum(sizes))
+        parts = [3, 3 * m, m, count, count, *sizes, 1]
+        offset, matrix, weights, wanted, given, *scales, price = _split(own, parts)
         logs = offset + ca.mtimes(ca.reshape(matrix, 3, m), z)
         zeros, gaps = [], []
         for i, (structure, w, scale) in enumerate(zip(structures, unknowns, scales, strict=True)):
@@ -155,7 +175,7 @@ class _Programme:
         rows = ca.MX.sym("rows", self.residuals)
         log_ratio = (logs[0] - logs[1]) / 3.0 - logs[2]
         g = ca.vertcat(equations * rows, *gaps, log_ratio)
-        f = ca.dot(weights, z) + (PRICE * ca.sum1(s) if elastic else 0.0)
+        f = ca.dot(weights, z) + (price * ca.sum1(s) if elastic else 0.0)
         problem = {"x": u, "p": ca.vertcat(own, rows), "f": f, "g": g}
         jacobian = ca.jacobian(equations, u)
         self._sizes = ca.Function("sizes", [u, own], [ca.sum2(ca.fabs(jacobian))])

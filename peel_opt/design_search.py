@@ -16,7 +16,7 @@ import numpy as np
 from . import design_programme
 from .checks import positive
 from .design_material import Free, Material, material
-from .design_programme import Outcome
+from .design_programme import LAST_PRICE, PRICE, PRICE_FACTOR, Outcome
 from .design_scan import Candidate, brackets, candidate, samples
 from .design_targets import Achieved, Requirement, Target
 from .errors import Infeasible, InvalidInput, PeelOptError
@@ -34,8 +34,11 @@ REACH, SHORTEST_REACH, MOST_STEPS = 0.5, 1e-3, 40
 #: What the programme and the public calls can agree to, and what is still to meet a target.
 LEAST_TOL, LARGEST_TOL = 1e-9, 1e-2
 
-#: Rise of the merit that is put down to rounding.
-SETTLED = 1e-8
+#: Rise of the merit that is put down to rounding, for each unit of the price.
+SETTLED = 1e-10
+
+#: By which a higher price has to reduce what is missed for a still higher one to be tried.
+WORTH_ITS_PRICE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,18 +176,31 @@ class Search:
                 return verified
         return verified
 
-    def _solved(self, start: Candidate) -> Verified | None:
-        """Solve and confirm: a square problem in one go if that succeeds, else in steps."""
+    def _solved(self, start: Candidate, *, possible: bool = False) -> Verified | None:
+        """Solve and confirm: a square problem in one go if that succeeds, else in steps.
+
+        A price below a multiplier buys the objective with targets that could be met.  So it is
+        raised while they are missed: as far as it goes where they are known to be ``possible``,
+        else while that brings the targets closer.
+        """
         if self.square:
             outcome = self._programme(start, elastic=False)
             if outcome.solved and (verified := self._verified(outcome, start.requirements)) is not None:
                 return verified
-        here, last, settled = self._walk(start, self.objective)
-        if last is None or (verified := self._verified(last, here.requirements)) is None:
-            return None
-        return replace(verified, settled=settled)
+        here, price, most = start, PRICE, math.inf
+        while True:
+            here, last, settled = self._walk(here, self.objective, price)
+            if last is None:
+                return None
+            if (verified := self._verified(last, here.requirements)) is not None:
+                return replace(verified, settled=settled)
+            if not last.pays or price >= LAST_PRICE or not (possible or here.missed < most):
+                return None
+            price, most = PRICE_FACTOR * price, WORTH_ITS_PRICE * here.missed
 
-    def _walk(self, start: Candidate, objective: np.ndarray) -> tuple[Candidate, Outcome | None, bool]:
+    def _walk(
+        self, start: Candidate, objective: np.ndarray, price: float = PRICE
+    ) -> tuple[Candidate, Outcome | None, bool]:
         """Descend in steps of limited reach; every one ends at states that are solved for anew.
 
         So the phases may change from step to step, and a step that has slipped to another state
@@ -193,11 +209,15 @@ class Search:
         """
         here, reach, most, iterations = start, REACH, math.inf, 0
         last: Outcome | None = None
+
+        def merit(reached: Candidate) -> float:
+            return float(objective @ reached.z) + price * reached.missed
+
         for _ in range(MOST_STEPS):
-            outcome = self._programme(here, elastic=True, objective=objective, reach=reach)
+            outcome = self._programme(here, elastic=True, objective=objective, reach=reach, price=price)
             iterations += outcome.iterations
             there = candidate(self.material, outcome.z, here.requirements) if outcome.solved else None
-            if there is None or self._merit(there, objective) > self._merit(here, objective) + SETTLED:
+            if there is None or merit(there) > merit(here) + SETTLED * price:
                 reach, most = 0.25 * reach, 0.5 * reach
                 if reach < SHORTEST_REACH:
                     break
@@ -209,9 +229,6 @@ class Search:
             reach = min(2.0 * reach, most)
         return here, last, False
 
-    def _merit(self, reached: Candidate, objective: np.ndarray) -> float:
-        return float(objective @ reached.z) + design_programme.PRICE * reached.missed
-
     def _programme(
         self,
         here: Candidate,
@@ -219,10 +236,11 @@ class Search:
         elastic: bool,
         objective: np.ndarray | None = None,
         reach: float = math.inf,
+        price: float = PRICE,
     ) -> Outcome:
         weights = self.objective if objective is None else objective
         return design_programme.solve(
-            self.material, here.blocks, here.z, weights, elastic=elastic, reach=reach
+            self.material, here.blocks, here.z, weights, elastic=elastic, reach=reach, price=price
         )
 
     def _verified(self, outcome: Outcome, requirements: tuple[Requirement, ...]) -> Verified | None:
@@ -262,7 +280,7 @@ class Search:
                 if achieved is not None:
                     reached.append(Reached(place, achieved, self._missed(achieved)))
             met = reached and min(r.missed for r in reached) <= self.tol
-            if met and (verified := self._solved(relaxed)) is not None:
+            if met and (verified := self._solved(relaxed, possible=True)) is not None:
                 return verified
         return min(reached, key=lambda r: r.missed, default=None)
 

@@ -11,6 +11,7 @@ import numpy as np
 from .design_relations import maxwell_length
 from .errors import InvalidInput, NoEquilibrium, PeelOptError
 from .flaws import PressureLimit, readhesion_pressure
+from .maxwell_derivative import maxwell_gradient
 from .rod import MATERIAL, Rod
 from .sweep_table import CERTIFIED
 
@@ -19,8 +20,9 @@ LIMITS = ("readhesion_pressure", "maxwell_length")
 #: Degrees at which a number of r alone is interpolated over the sampled range.
 DEGREES = (8, 16, 32)
 
-#: Error of sbar_M/eta, relative: that of the splines through the Maxwell points.
-MAXWELL_ERROR = 1e-9
+#: Relative error of sbar_M/eta that is left far from the end of the curve of Maxwell points: of the
+#: splines through them, and of the points solved for with which they are compared.
+MAXWELL_ERROR = 2e-11
 
 
 def limits_of(
@@ -43,12 +45,25 @@ def limits_of(
     values = np.full(k.shape, math.nan)
     eta = np.cbrt(k[sound] / T0[sound])
     if name == "maxwell_length":
-        values[sound] = y0[sound] * maxwell_length(eta / y0[sound], "branch")
+        ratios = eta / y0[sound]
+        values[sound] = y0[sound] * maxwell_length(ratios, "branch")
         status[sound & ~np.isfinite(values)] = NoEquilibrium.status
-        return values, status, MAXWELL_ERROR * float(np.nanmax(values, initial=0.0))
+        least = float(np.min(ratios, initial=math.inf, where=np.isfinite(values[sound])))
+        return values, status, _maxwell_error(least) * float(np.nanmax(values, initial=0.0))
     found, status[sound], error = interpolated(_least_pressure, eta / y0[sound], tol)
     values[sound] = T0[sound] * found
     return values, status, error * float(np.max(T0[sound], initial=0.0))
+
+
+def _maxwell_error(least: float) -> float:
+    """Relative error of the splines of sbar_M/eta at all ratios from ``least`` on.
+
+    It is measured there, as it falls with the ratio: the curve ends in a turn below.
+    """
+    if not math.isfinite(least):
+        return 0.0
+    solved = least * maxwell_gradient(least).value
+    return abs(float(maxwell_length(least, "branch")) / solved - 1.0) + MAXWELL_ERROR
 
 
 def interpolated(

@@ -142,6 +142,30 @@ def test_targets_that_exclude_each_other() -> None:
         po.design(ROD, free="bending_stiffness", targets=targets, minimise="bending_stiffness")
 
 
+@pytest.mark.parametrize("ratio", [0.01, 0.02])
+@pytest.mark.parametrize("upper", [100.0, 1.01])
+def test_a_target_that_hardly_moves_with_what_is_free(ratio: float, upper: float) -> None:
+    """The elasticity is in the hundreds: a low price would buy stiffness with the target."""
+    rod = po.Rod((1e-3 * ratio) ** 3 * 1e5, 1e5, 1e-3)
+    stiffness, least = rod.bending_stiffness, po.readhesion_pressure(rod).pressure
+    target = po.Target("readhesion_pressure", at_least=least)
+    free = {"bending_stiffness": (0.3 * stiffness, upper * stiffness)}
+    found = po.design(rod, free=free, targets=target, maximise="bending_stiffness")
+    forward = po.sensitivities(rod, "readhesion_pressure").elasticities["bending_stiffness"]
+    assert abs(1.0 / forward) > 100.0
+    # The pressure is met to 1e-8, the stiffness to that times the elasticity.
+    assert found.rod.bending_stiffness == pytest.approx(stiffness, rel=1e-8 / abs(forward))
+    assert found.elasticities[target.label] == pytest.approx(1.0 / forward, rel=1e-4)
+    assert found.settled
+    with pytest.raises(po.Infeasible, match="bending_stiffness at its lower bound"):
+        po.design(
+            rod,
+            free={"bending_stiffness": (1.1 * stiffness, 2.0 * stiffness)},
+            targets=target,
+            maximise="bending_stiffness",
+        )
+
+
 @pytest.mark.slow
 def test_below_the_readhesion_pressure_every_film_survives() -> None:
     target = po.Target("critical_flaw", at_least="1 mm", pressure="5 kPa")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from scipy import stats
 
 import peel_opt as po
 from peel_opt.cli import main
+from peel_opt.maxwell_derivative import maxwell_gradient
 from peel_opt.propagation_inputs import split, spread_of
 from peel_opt.propagation_limits import interpolated
 from peel_opt.propagation_sample import Sample
@@ -209,6 +211,19 @@ def test_a_rod_that_has_no_maxwell_point_is_a_failed_sample() -> None:
     assert 0 < missing.sum() < 64
     assert (ratios[missing] < 0.4996 + 1e-4).all()
     assert found["maxwell_length"].reasons == {"no-equilibrium": int(missing.sum())}
+
+
+@pytest.mark.parametrize("ratio", [0.4998, 0.501, 0.7, 30.0])
+def test_the_error_of_a_maxwell_length_holds_next_to_the_turn(ratio: float) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    found = po.uncertainty(rod, {"bending_stiffness": "0.03 %"}, of="maxwell_length", samples=2)
+    stiffness, answers = found.samples["bending_stiffness"], found["maxwell_length"]
+    places = [int(np.argmin(stiffness)), int(np.argmax(stiffness))]
+    for i in places:
+        sample = replace(rod, bending_stiffness=float(stiffness[i]))
+        solved = sample.length(maxwell_gradient(sample.ratio).value)
+        assert abs(answers.values[i] - solved) <= answers.error
+    assert answers.error < (1e-7 if ratio < 0.51 else 1e-10) * answers.nominal
 
 
 def test_interpolation_falls_back_to_single_calls() -> None:
