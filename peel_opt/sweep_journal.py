@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from . import __version__
 from .errors import InvalidInput
 from .files import as_path, require_schema
 from .sweep_answers import NUMBERS, TEXTS, Answers
@@ -47,8 +48,8 @@ class Journal:
     Raises
     ------
     InvalidInput
-        If the file belongs to another sweep, is none of ours, is damaged, is being written by
-        another process, or cannot be written.
+        If the file belongs to another sweep or was begun by another release, is none of ours,
+        is damaged, is being written by another process, or cannot be written.
     """
 
     def __init__(self, path: str | Path, plan: Plan) -> None:
@@ -102,6 +103,7 @@ class Journal:
             "chunks": len(plan.chunks),
             "axes": list(plan.axes),
             "asked": plan.asked,
+            "release": __version__,
         }
         return head | about | plan.options.record()
 
@@ -167,10 +169,10 @@ class Journal:
         except (ValueError, LookupError) as error:
             raise self._damaged(str(error)) from error
         if head.get("fingerprint") != self._plan.fingerprint():
-            kept = ", ".join(f"{name} {head.get(name)}" for name in ("points", "axes", "asked"))
+            kept = ", ".join(f"{name} {head.get(name)}" for name in ("points", "axes", "asked", "release"))
             raise InvalidInput(
                 f"the journal {str(self.path)!r} belongs to another sweep ({kept}).",
-                remedy="Resume with the same axes, rod and options, or name another file.",
+                remedy="Resume with the same axes, rod, options and release, or name another file.",
             )
 
     def _take(self, record: dict[str, Any]) -> None:

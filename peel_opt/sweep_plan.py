@@ -11,13 +11,15 @@ import hashlib
 import json
 import math
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from . import __version__
 from .answer import Method, as_method
 from .checks import positive
 from .cohesion import CohesiveLaw
@@ -33,6 +35,9 @@ CHUNK = 100
 
 #: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
 MOST_POINTS = 5_000_000
+
+#: A law is told from others up to so many times its last kink, or 3 y0.
+FAR = 1e3
 
 GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
 GROUPS = ("beta0", "beta1", "lam")
@@ -71,11 +76,7 @@ class Options:
 
     def identity(self) -> list[Any]:
         """Return what tells one set of options from another; a law by its values."""
-        values = []
-        if isinstance(self.law, CohesiveLaw):
-            separations = (*np.linspace(0.0, 3.0, 61).tolist(), *self.law.kinks)
-            values = [self.law.traction(u).hex() for u in separations]
-        return [self.record(), values]
+        return [self.record(), _law_values(self.law) if isinstance(self.law, CohesiveLaw) else []]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,12 +197,15 @@ class Plan:
         return [*chunks, np.concatenate(waiting)] if waiting else chunks
 
     def fingerprint(self) -> str:
-        """Return what tells this sweep from every other: a digest of its axes, rod, options and chunks."""
+        """Return what tells this sweep from every other: a digest of its axes, rod, options and chunks.
+
+        And of the release: what another one answered is not what this one would.
+        """
         material = None if self.rod is None else [getattr(self.rod, name).hex() for name in MATERIAL]
         identity = [
             [[name, [v.hex() for v in values.tolist()]] for name, values in self.axes.items()],
             [[name, value.hex()] for name, value in self.fixed.items()],
-            [material, self.zipped, self.options.identity(), CHUNK],
+            [material, self.zipped, self.options.identity(), CHUNK, __version__],
         ]
         return hashlib.sha256(json.dumps(identity).encode()).hexdigest()
 
@@ -222,6 +226,29 @@ class Task:
     values: np.ndarray
     rod: Rod | None
     options: Options
+
+
+def _law_values(law: CohesiveLaw) -> list[str]:
+    """Return a law of the user's own as texts: its kinks, and what it gives on every piece and far out."""
+    last = max(law.kinks, default=0.0)
+    inside = [np.linspace(a, b, 17) for a, b in pairwise((0.0, *law.kinks))]
+    # Answers depend on the tail as well, however far out it begins and however slowly it ends.
+    far = last + np.geomspace(1e-3, FAR * max(last, 3.0), 61)
+    separations = np.concatenate([np.linspace(0.0, 3.0, 61), *inside, far]).tolist()
+    texts = [kink.hex() for kink in law.kinks]
+    for u in separations:
+        texts += _text_of(law.traction, u), _text_of(law.pieces[law.piece_at(u)].drop, u)
+        if law.work is not None:
+            texts.append(_text_of(law.work, u))
+    return texts
+
+
+def _text_of(function: Callable[[float], Any], u: float) -> str:
+    try:
+        return float(function(u)).hex()
+    except Exception as error:
+        # No point may ever get so far out, so that this alone is no reason to refuse a sweep.
+        return type(error).__name__
 
 
 def _values(name: str, values: Any) -> np.ndarray:

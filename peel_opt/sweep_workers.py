@@ -14,7 +14,7 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import current_process, get_context
 from multiprocessing.connection import Connection
 
 from .errors import InvalidInput, WorkersLost
@@ -46,13 +46,16 @@ def computed(
     ----------
     tasks : sequence of Task
     executor : Executor or None
-        None for this process and, where it pays, a pool of its own.
+        None for this process and, where it pays and can be had, a pool of its own.
     workers : int or None
         Processes of that pool; 1 for none, None for one a core, once a second has passed and
         more than a few are left.
 
     Raises
     ------
+    InvalidInput
+        If a number of workers is asked for where this process may start none, or for a law or
+        method that cannot be sent to them.
     WorkersLost
         If workers keep dying, or the executor is broken.
     """
@@ -76,8 +79,13 @@ def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
     for done, task in enumerate(tasks):
         spent = time.perf_counter() - began
         if done and workers > 1 and spent > ALONE and spent / done * (len(tasks) - done) > WORTHWHILE:
-            yield from _by_pool(tasks[done:], workers)
-            return
+            try:
+                _require_pool(tasks)
+            except InvalidInput:
+                workers = 1  # nobody asked for processes: here it takes longer, but it is answered
+            else:
+                yield from _by_pool(tasks[done:], workers)
+                return
         yield answer_chunk(task)
 
 
@@ -111,7 +119,7 @@ def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[Answers]
 def _by_pool(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
     """Run a pool of processes; where it breaks, a new one does what is left."""
     left, losses = {task.number: task for task in tasks}, 0
-    _require_pickle(tasks)
+    _require_pool(tasks)
     while left:
         lost = None
         with _pool(min(workers, len(left))) as pool:
@@ -171,6 +179,16 @@ def _submitted(pool: ProcessPoolExecutor, tasks: list[Task]) -> list[Future[Answ
         return [pool.submit(answer_chunk, task) for task in tasks]
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _require_pool(tasks: Sequence[Task]) -> None:
+    """Raise where a pool could not even begin."""
+    if current_process().daemon:
+        raise InvalidInput(
+            "this process is itself a daemonic worker, which may not start others.",
+            remedy="Pass workers=1, or call the sweep in the process that started this one.",
+        )
+    _require_pickle(tasks)
 
 
 def _require_pickle(tasks: Sequence[Task]) -> None:

@@ -16,9 +16,9 @@ from .checks import whole
 from .cohesion import CohesiveLaw
 from .errors import InvalidInput, WorkersLost
 from .rod import Rod
-from .sweep_answers import NUMBERS, TEXTS, Answers
+from .sweep_answers import NUMBERS, TEXTS, Answers, answer_chunk
 from .sweep_journal import Journal
-from .sweep_plan import Options, Plan
+from .sweep_plan import Options, Plan, Task
 from .sweep_table import Sweep
 from .sweep_workers import MOST_WORKERS, computed
 from .transcription.base import Transcription
@@ -62,7 +62,8 @@ def sweep(
         Who computes; it stays open.  A dask cluster is ``client.get_executor()``.
     workers : int, optional
         Processes to start instead; 1 for none.  By default the work begins in this process,
-        and one process a core is started once a second has passed and more than some are left.
+        and one process a core is started once a second has passed and more than some are left,
+        unless the law or the method cannot travel or this process may not start others.
     same_bits : bool
         Insist that all workers and the journal round alike.  If not, as on machines of
         different makes, results may differ in the last bit depending on who computed them.
@@ -78,7 +79,8 @@ def sweep(
     Raises
     ------
     InvalidInput
-        If the axes do not make a question, or the journal is of another sweep or damaged.
+        If the axes do not make a question, the journal is of another sweep or release or
+        damaged, or the workers asked for cannot be started here.
     WorkersLost
         If workers keep dying or do not round alike.  What is finished is in the journal.
 
@@ -104,6 +106,10 @@ def sweep(
         alike = {answers.arithmetic for answers in done.values()}
         _require_alike(alike, same_bits, journal)
         left = [task for task in plan.tasks() if task.number not in done]
+        if done and same_bits and (executor is None or not left):
+            # Else a finished journal would be handed back without anybody having looked.
+            alike.add(_arithmetic_here(plan.options))
+            _require_alike(alike, same_bits, journal)
         with _bar(len(plan), progress) as bar, closing(computed(left, executor, workers)) as found:
             bar.update(sum(len(answers.texts) for answers in done.values()))
             for answers in found:
@@ -116,13 +122,19 @@ def sweep(
     return _assembled(plan, done, ", ".join(sorted(alike)))
 
 
+def _arithmetic_here(options: Options) -> str:
+    """Return the arithmetic of this process, found as any worker's is: with a chunk, an empty one."""
+    return answer_chunk(Task(-1, (), np.empty((0, 0)), None, options)).arithmetic
+
+
 def _require_alike(alike: set[str], same_bits: bool, journal: str | Path | None) -> None:
     if same_bits and len(alike) > 1:
         where = "the workers" if journal is None else f"the workers, now and of the journal {str(journal)!r},"
+        other = "" if journal is None else " name another journal,"
         raise WorkersLost(
             f"{where} do not round alike: their libraries or processors differ.",
-            remedy="Use the same versions on machines of one make, or pass same_bits=False and accept"
-            " differences in the last bit.",
+            remedy=f"Use the same versions on machines of one make,{other} or pass same_bits=False and"
+            " accept differences in the last bit.",
         )
 
 

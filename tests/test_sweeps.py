@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import signal
@@ -300,6 +301,39 @@ def test_a_law_that_does_not_travel_is_refused_before_any_process_starts() -> No
     assert po.sweep({"ratio": 1.0, "pressure_ratio": [0.6, 0.8]}, law=law).certified.all()
 
 
+@pytest.fixture
+def _eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep that goes over to processes as soon as it may, and fails the test if it does."""
+
+    def refused(workers: int) -> Any:
+        raise AssertionError(f"{workers} processes were started")
+
+    monkeypatch.setattr(sweep_workers, "ALONE", 0.0)
+    monkeypatch.setattr(sweep_workers, "WORTHWHILE", 0.0)
+    monkeypatch.setattr(sweep_workers, "cores", lambda: 2)
+    monkeypatch.setattr(sweep_workers, "_pool", refused)
+
+
+@pytest.mark.usefixtures("_eager")
+def test_by_default_what_does_not_travel_stays_here(whole: po.Sweep) -> None:
+    with pytest.raises(AssertionError, match="2 processes"):
+        po.sweep(GRID)
+    axes = {"ratio": np.linspace(1.0, 3.0, 3), "pressure_ratio": np.linspace(0.6, 0.9, 6)}
+    law = po.CohesiveLaw(lambda u: 1.0 - u, name="mine")
+    assert same(po.sweep(axes, law=law), po.sweep(axes, law=law, workers=1))
+
+
+@pytest.mark.usefixtures("_eager")
+def test_a_daemonic_process_starts_no_others(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
+    class Daemon:
+        daemon = True
+
+    monkeypatch.setattr(sweep_workers, "current_process", Daemon)
+    assert same(whole, po.sweep(GRID))
+    with pytest.raises(po.InvalidInput, match=r"daemonic.*workers=1"):
+        po.sweep(GRID, workers=2)
+
+
 # --- the journal --------------------------------------------------------------------------
 
 
@@ -358,6 +392,80 @@ def test_laws_of_one_name_are_told_apart(tmp_path: Path) -> None:
     po.sweep(axes, law=po.CohesiveLaw(lambda u: 1.0 - u, name="mine"), journal=journal)
     with pytest.raises(po.InvalidInput, match="another sweep"):
         po.sweep(axes, law=po.CohesiveLaw(lambda u: 1.0 - 2.0 * u, name="mine"), journal=journal)
+
+
+def _tail(c: float, far: float = 3.5) -> po.CohesiveLaw:
+    import casadi as ca
+
+    shapes = (lambda u: 1.0 - u / 7.0, lambda u: (1.0 - far / 7.0) * ca.exp(-c * (u - far)))
+    return po.CohesiveLaw(shapes, kinks=(far,), name="mine")
+
+
+def test_laws_of_one_name_are_told_apart_by_their_tails(tmp_path: Path) -> None:
+    journal = tmp_path / "journal"
+    axes = {"ratio": [2.0, 3.0], "length_ratio": [3.0, 3.5]}
+    po.sweep(axes, law=_tail(0.3), journal=journal)
+    with pytest.raises(po.InvalidInput, match="another sweep"):
+        po.sweep(axes, law=_tail(3.0), journal=journal)
+    identities = [sweep_plan.Options(law).identity() for law in (_tail(0.3), _tail(0.3), _tail(0.3, 3.6))]
+    assert identities[0] == identities[1] != identities[2]
+
+
+def test_laws_of_one_name_are_told_apart_on_every_piece_and_far_out() -> None:
+    def stepped(middle: float, end: float) -> po.CohesiveLaw:
+        shapes = (lambda u: 1.0 - u, lambda u: middle + 0.0 * u, lambda u: end / (u + 1.0))
+        return po.CohesiveLaw(shapes, kinks=(40.0, 40.5), name="mine")
+
+    def slow(scale: float) -> po.CohesiveLaw:
+        return po.CohesiveLaw(lambda u: 1.0 - (u > 800.0) * scale, name="mine")
+
+    laws = (stepped(0.1, 0.1), stepped(0.2, 0.1), stepped(0.1, 0.2), slow(0.1), slow(0.2))
+    found = [repr(sweep_plan.Options(law).identity()) for law in laws]
+    assert len(set(found)) == len(laws)
+
+
+def test_a_law_that_ends_somewhere_is_no_error_of_the_sweep() -> None:
+    def ends(u: Any) -> Any:
+        if isinstance(u, float) and u > 50.0:
+            raise ValueError("not measured")
+        return 1.0 - u
+
+    assert len(sweep_plan.Options(po.CohesiveLaw(ends, name="mine")).identity()[1]) > 0
+
+
+def test_the_journal_of_another_release_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from peel_opt import sweep_journal
+
+    journal = tmp_path / "journal"
+    with monkeypatch.context() as patch:
+        for module in (sweep_plan, sweep_journal):
+            patch.setattr(module, "__version__", "0.0.1")
+        po.sweep(GRID, journal=journal)
+    before = journal.read_bytes()
+    for named in ({}, {"same_bits": False}):
+        with pytest.raises(po.InvalidInput, match=r"another sweep \(.*release 0\.0\.1\)"):
+            po.sweep(GRID, journal=journal, **named)
+    assert journal.read_bytes() == before
+
+
+@pytest.mark.parametrize("chunks", [2, 10**9])
+def test_a_journal_that_was_rounded_otherwise_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: po.Sweep, chunks: int
+) -> None:
+    from peel_opt import sweep_answers
+
+    journal = tmp_path / "journal"
+    with monkeypatch.context() as patch, contextlib.suppress(po.WorkersLost):
+        patch.setattr(sweep_answers, "arithmetic", lambda: "another")
+        po.sweep(GRID, journal=journal, executor=Here(breaks_after=chunks))
+    before = journal.read_bytes()
+    assert before.count(b"another") > 1
+    with pytest.raises(po.WorkersLost, match=r"do not round alike.*name another journal"):
+        po.sweep(GRID, journal=journal)
+    assert journal.read_bytes() == before
+    found = po.sweep(GRID, journal=journal, same_bits=False)
+    assert same(whole, found)
+    assert "another" in found.arithmetic
 
 
 def test_files_that_are_no_journal_or_damaged_are_left_alone(tmp_path: Path) -> None:

@@ -106,6 +106,21 @@ def test_pictures_have_units_in_every_label(grid: po.Sweep, listed: po.Sweep) ->
     assert cube.plot().get_title("left").startswith("$p/T_0$ = 0.8; 2 of 2")
 
 
+def test_level_lines_do_not_depend_on_the_order_of_the_axes() -> None:
+    from matplotlib.contour import ContourSet
+
+    ratios, pressures = np.geomspace(0.5, 2.0, 8), np.linspace(0.4, 0.9, 9)
+    across, up = (np.random.default_rng(1).permutation(n) for n in (8, 9))
+    drawn = []
+    for axes in ((ratios, pressures), (ratios[across], pressures[up])):
+        found = po.sweep(dict(zip(("ratio", "pressure_ratio"), axes, strict=True)), workers=1)
+        sets = [c for c in found.plot().collections if isinstance(c, ContourSet)]
+        drawn.append([path.vertices for c in sets for path in c.get_paths()])
+    assert len(drawn[0]) == len(drawn[1]) > 0
+    for one, other in zip(*drawn, strict=True):
+        assert np.array_equal(one, other)
+
+
 def test_ranges() -> None:
     assert parse_range("x", "0.5:2:4", NUMBER).tolist() == [0.5, 1.0, 1.5, 2.0]
     assert parse_range("x", "1:100:3:log", NUMBER) == pytest.approx([1.0, 10.0, 100.0], rel=1e-14)

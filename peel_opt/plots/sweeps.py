@@ -109,7 +109,10 @@ def _curves(sweep: Sweep, ax: Axes, column: str, rows: np.ndarray, along: str, b
 
 def _levels(sweep: Sweep, ax: Axes, column: str, values: np.ndarray, first: str, second: str) -> None:
     x, y = (_scaled(sweep, name, sweep.axes[name]) for name in (first, second))
-    z = np.ma.masked_invalid(_scaled(sweep, column, values).T)
+    # Lines between neighbours of a grid mean something only where the neighbours lie side by side.
+    columns, rows = (np.argsort(side, kind="stable") for side in (x, y))
+    x, y = x[columns], y[rows]
+    z = np.ma.masked_invalid(_scaled(sweep, column, values).T[np.ix_(rows, columns)])
     if z.count() < 4:
         raise InvalidInput("too few points of the sweep have an answer to draw level lines.")
     ax.set_facecolor("0.93")
