@@ -38,6 +38,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 from .calibration_data import STATES, MeasuredShape, Measurements
 from .calibration_files import read_measurements, read_shape
 from .calibration_fit import calibrate
+from .calibration_profile import require_level
 from .calibration_result import Calibration
 from .card_tables import Length, Number, Pressure, RodTable, Table
 from .cards import explain, read_card
@@ -90,8 +91,7 @@ class FitTable(Table):
 
     @model_validator(mode="after")
     def _level_is_a_probability(self) -> Self:
-        if not self.level < 1.0:
-            raise InvalidInput(f"level must lie between 0 and 1, got {self.level:g}.")
+        require_level(self.level)
         return self
 
 

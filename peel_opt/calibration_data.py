@@ -18,6 +18,9 @@ STATES = ("unfolded", "middle", "lower", "folded")
 #: Least and largest standard deviation of a number, as a share of it.
 SHARES = (1e-12, 1e6)
 
+#: What an array of objects may hold that would become a float, and is no number.
+NO_NUMBERS = (bool, np.bool_, str, bytes, np.datetime64, np.timedelta64)
+
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
@@ -141,7 +144,16 @@ class MeasuredShape:
     name: str = "shape"
 
     def __post_init__(self) -> None:
+        for field in ("free_origin", "tip"):
+            # They are counted with: a number or a text would change the degrees of freedom.
+            if not isinstance(getattr(self, field), (bool, np.bool_)):
+                raise InvalidInput(
+                    f"{field} of {self.name} must be True or False, got {getattr(self, field)!r:.60}."
+                )
+            object.__setattr__(self, field, bool(getattr(self, field)))
         names = tuple(f"{self.name}, point {i}" for i in range(1, _count("x", self.x) + 1))
+        if not names:
+            raise InvalidInput(f"{self.name} has no points.", remedy="Leave out a shape that was not seen.")
         for field in ("x", "y"):
             object.__setattr__(self, field, _column(field, getattr(self, field), "m", names, signed=True))
         object.__setattr__(self, "sd", _column("sd", self.sd, "m", names))
@@ -281,10 +293,13 @@ def _count(name: str, values: Any) -> int:
 def _column(name: str, values: Any, unit: str, rows: Sequence[str], *, signed: bool = False) -> np.ndarray:
     """Return finite floats, one for each row, or name the row that is wrong."""
     try:
+        # Before any conversion, which drops imaginary parts and counts days.
+        plain = np.asarray(values)
+        objects = plain.ravel() if plain.dtype.kind == "O" else ()
+        if plain.dtype.kind not in "iufO" or any(isinstance(v, NO_NUMBERS) for v in objects):
+            raise TypeError(f"got {values!r:.60}")
         # A masked value is a missing one.
         given = np.ma.filled(values.astype(float), math.nan) if np.ma.isMaskedArray(values) else values
-        if np.asarray(given).dtype.kind in "bSU":
-            raise TypeError(f"got {given!r}")
         column = np.array(given, dtype=float)
     except (OverflowError, TypeError, ValueError) as error:
         raise InvalidInput(f"{name} [{unit}] must hold numbers only: {error}.") from error

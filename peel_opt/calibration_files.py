@@ -149,7 +149,7 @@ def _read(path: str | Path, known: dict[str, Kind | None], needed: tuple[str, ..
         raise InvalidInput(f"{name!r} has a header and no rows.")
     columns: dict[str, Any] = {title: [] for title in names}
     for number, line in lines[1:]:
-        cells = _cells(line)
+        cells = _cells(line, f"{name!r}, line {number}")
         if len(cells) != len(titles):
             raise InvalidInput(
                 f"{name!r}, line {number}: {len(cells)} cells for {len(titles)} columns.",
@@ -176,7 +176,7 @@ def _header(
     """Return the names of the columns and the SI values of their units."""
     if "," not in header and (";" in header or "\t" in header):
         raise InvalidInput(f"{name!r}, line {first}: cells must be separated by commas.", remedy=remedy)
-    titles = [_title(cell, known, name, first) for cell in _cells(header)]
+    titles = [_title(cell, known, name, first) for cell in _cells(header, f"{name!r}, line {first}")]
     names = [title for title, _ in titles]
     for title in needed:
         if title not in names:
@@ -186,8 +186,11 @@ def _header(
     return titles
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+def _cells(line: str, place: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+    except csv.Error as error:  # a cell beyond the limit of the module
+        raise InvalidInput(f"{place}: {error}.", remedy="Shorten the cell; notes are not read.") from error
 
 
 def _title(cell: str, known: dict[str, Kind | None], file: str, line: int) -> tuple[str, float]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .calibration_problem import Fitted, watched
+from .calibration_search import BETTER
 from .checks import positive, whole
 from .errors import InvalidInput, NotConverged
 from .rod import MATERIAL
@@ -25,11 +26,21 @@ FOUND = 1e-3
 #: Share of the way to a limit at which it counts as reached.
 NEARLY = 0.98
 
+#: Least level of an interval: below it, rounding decides about its ends.
+LEAST_LEVEL = 1e-6
+
+#: Share of chi-square to which two fits of the same numbers agree.
+ROUNDING = 1e-6
+
 #: Most points of a profile: each is a fit.
 MOST_POINTS = 1000
 
 #: Least share of a step that is tried before a value counts as out of reach.
 LEAST_SHARE = 1.0 / 64.0
+
+
+class BetterFit(NotConverged):
+    """A profile came below the fit it starts from, which then is no minimum to measure from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +100,7 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
     """Return an interval of confidence, see `Calibration.interval`."""
     from scipy.special import ndtri, stdtrit
 
-    if not positive("level", level) < 1.0:
-        raise InvalidInput(f"level must lie between 0 and 1, got {level:g}.")
+    require_level(level)
     if method not in (None, "profile", "covariance"):
         raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
     # A robust loss is no likelihood.
@@ -112,6 +122,18 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
         ends = [_end(seen, index, side, z) for side in (-1.0, 1.0)]
     low, high = (estimate * math.exp(end) if end is not None else None for end in ends)
     return (0.0 if low is None else low), (math.inf if high is None else high)
+
+
+def require_level(level: float) -> None:
+    """Refuse what is no chance, and one so small that its interval is the estimate.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no number from `LEAST_LEVEL` to below 1.
+    """
+    if not LEAST_LEVEL <= positive("level", level) < 1.0:
+        raise InvalidInput(f"level must lie between {LEAST_LEVEL:g} and 1, got {level:g}.")
 
 
 def _end(fit: Calibration, index: int, side: float, target: float) -> float | None:
@@ -185,4 +207,11 @@ def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
                 )
             continue
         at, reached = trial, min(1.0, reached + share)
+    if at.deviance < fit.deviance - max(BETTER, ROUNDING * fit.deviance):
+        raise BetterFit(
+            f"a better fit was found on the way: with {MATERIAL[place]} held"
+            f" {value - fit.fitted.q[place]:+.3g} in its logarithm away, chi-square is"
+            f" {at.deviance:.6g}, not {fit.deviance:.6g}.",
+            remedy="Fit again from a rod nearer to it, or fix a number that is known.",
+        )
     return at

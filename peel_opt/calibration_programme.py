@@ -18,6 +18,8 @@ import casadi as ca
 import numpy as np
 
 from .calibration_blocks import Block, Signature, block
+from .checks import positive, whole
+from .errors import InvalidInput
 from .nlp import SOLVED, silent, unknown_scale
 
 #: Signatures in the order of the blocks, each with how many blocks of it follow each other.
@@ -42,11 +44,23 @@ class Solver:
         A fit that converges takes ten to thirty.
     exact_hessian : bool
         Add the curvature of the constraints to the Hessian.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them cannot be meant.
     """
 
     tol: float = 1e-10
     max_iterations: int = 60
     exact_hessian: bool = False
+
+    def __post_init__(self) -> None:
+        # IPOPT would say it only when the programme is built, and in its own words.
+        object.__setattr__(self, "tol", positive("tol", self.tol))
+        object.__setattr__(self, "max_iterations", whole("max_iterations", self.max_iterations, 1))
+        if not isinstance(self.exact_hessian, bool):
+            raise InvalidInput(f"exact_hessian must be True or False, got {self.exact_hessian!r:.60}.")
 
 
 @dataclass(frozen=True, eq=False)

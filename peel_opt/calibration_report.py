@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .calibration_profile import BetterFit
 from .calibration_result import Calibration
 from .card_tables import one_line
 from .errors import NotConverged
@@ -68,8 +69,9 @@ def intervals_of(fit: Calibration, level: float) -> dict[str, tuple[float, float
         how = "profile" if fit.loss == "least-squares" else "covariance"
         try:
             low, high = fit.interval(name, level=level)
-        except NotConverged:
-            how = "covariance; the profile fails"
+        except NotConverged as error:
+            better = isinstance(error, BetterFit)
+            how = f"covariance; the profile {'finds a better fit' if better else 'fails'}"
             low, high = fit.interval(name, level=level, method="covariance")
         found[name] = low, high, how
     return found

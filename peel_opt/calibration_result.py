@@ -140,14 +140,16 @@ class Calibration:
         return self.observations[worst].name, sizes[worst]
 
     @property
-    def origins(self) -> dict[str, float]:
-        """x of the detachment point of each shape [m], 0 unless it was free."""
+    def origins(self) -> tuple[float | None, ...]:
+        """x of the detachment point of each shape [m], 0 unless it was free.
+
+        In the order of the observations, since shapes may share a name; None for pairs.
+        """
         placed = self.fitted.blocks.placed()
-        return {
-            o.name: place.origin * self.reference.eta
+        return tuple(
+            None if o.points is None else place.origin * self.reference.eta
             for o, place in zip(self.observations, placed, strict=True)
-            if o.points is not None
-        }
+        )
 
     # --- beyond the covariance -----------------------------------------------------------
 
@@ -167,7 +169,7 @@ class Calibration:
         InvalidInput
             If the number was not fitted, or points or width cannot be meant.
         NotConverged
-            If a value on the way cannot be fitted.
+            If a value on the way cannot be fitted, or is fitted better than the fit itself.
         """
         from .calibration_profile import profile
 
@@ -194,7 +196,7 @@ class Calibration:
         InvalidInput
             If the number was not fitted, or level or method cannot be meant.
         NotConverged
-            If a fit on the way to an end of the profile fails.
+            If a fit on the way to an end of the profile fails, or is better than the fit itself.
         """
         from .calibration_profile import interval
 

@@ -35,6 +35,9 @@ AGREED = 1e-8
 #: deviation is a factor e.
 RIDGE = 1.0
 
+#: Decrease of chi-square from which a fit is better than another, and not only rounded.
+BETTER = 1e-3
+
 #: What is left to step, in standard deviations, from which a fit does not count as converged.
 LEFT = 1e-3
 
@@ -102,6 +105,20 @@ def _trial(start: Rod, seen: Sequence[Observation], problem: Problem) -> Trial:
     problem, fitted = _attempt(replace(problem, observations=own, ratio=start.ratio), places)
     if fitted is None:
         raise NotConverged(f"IPOPT does not converge from {start!r}.")
+    if problem.ridge:
+        # The ridge may have kept the numbers from a minimum that is there all the same.
+        try:
+            free = replace(problem, ridge=0.0)
+            released = free.solve(fitted.q, fitted.blocks.placed())
+            if released is not None and released.deviance < fitted.deviance - BETTER:
+                return _checked(free, released, start)
+        except PeelOptError:
+            pass  # then they are held
+    return _checked(problem, fitted, start)
+
+
+def _checked(problem: Problem, fitted: Fitted, start: Rod) -> Trial:
+    """Refuse a fit that ran away or stopped early; solve the states of any other again."""
     if np.any(np.abs(fitted.q) > 0.99 * FURTHEST):
         raise NotConverged(f"from {start!r} a number runs away.", remedy="The data do not bound it.")
     model = linear_model(fitted.blocks, problem.free, problem.delta)

@@ -13,7 +13,9 @@ from peel_opt.calibration_blocks import block
 from peel_opt.calibration_data import Observation, observations
 from peel_opt.calibration_problem import Placed, Problem, watched
 from peel_opt.calibration_programme import Solver
+from peel_opt.calibration_report import intervals_of
 from peel_opt.calibration_start import projected
+from peel_opt.plots.fit import fit_figure
 from peel_opt.rod import MATERIAL
 
 TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
@@ -200,9 +202,26 @@ def test_shapes_determine_all_numbers() -> None:
     for name in MATERIAL:
         assert abs(fit.estimates[name] - getattr(TRUTH, name)) < 4.0 * fit.sd[name]
     assert fit.degrees == (12 + 1) + (12 + 1 - 1) - 3
-    assert fit.origins["second"] == pytest.approx(4e-4, abs=5e-5)
+    assert fit.origins[0] == 0.0
+    assert fit.origins[1] == pytest.approx(4e-4, abs=5e-5)
     assert fit.residuals[0].shape == (24,)
     assert fit.p_value > 0.001
+
+
+def test_shapes_of_one_name_keep_their_own_origins() -> None:
+    shifts = (1e-4, 4e-4)
+    data = [
+        picture(p, i, shift=s, free_origin=True)
+        for i, (p, s) in enumerate(zip((1e5, 4.5e4), shifts, strict=True), 1)
+    ]
+    fit = po.calibrate([noisy(TRUTH, PLACES[:1], seed=4), *data], free=(Y0,), rod=start((Y0,)))
+    assert fit.origins[0] is None
+    assert fit.origins[1:] == pytest.approx(shifts, abs=5e-5)
+    ax = fit_figure(fit).axes[1]
+    drawn = [container.lines[0].get_xdata() for container in ax.containers]
+    for x, shape, origin in zip(drawn, data, fit.origins[1:], strict=True):
+        unit = np.ptp(shape.x) / np.ptp(x)
+        assert x * unit == pytest.approx(shape.x - origin, abs=1e-9)
 
 
 def test_a_shape_and_pairs_together() -> None:
@@ -367,6 +386,27 @@ def test_points_at_one_place_determine_one_number_only() -> None:
     assert po.calibrate(data, free=(Y0,), rod=start((Y0,))).identifiable
 
 
+def test_numbers_held_on_the_way_are_let_go_where_the_data_know_better() -> None:
+    data = noisy(TRUTH, PLACES[:4], seed=5, length=0.1, pressure=0.0)
+    begin = po.Rod(TRUTH.bending_stiffness, 2.0 * T_TRUE, 0.5 * TRUTH.adhesion_range)
+    fit = po.calibrate(data, free=(T0, Y0), rod=begin)
+    assert fit.problem.ridge == 0.0
+    assert not any("was held near the start" in w for w in fit.warnings)
+    assert fit.chi2 == pytest.approx(0.3624958, rel=1e-5)  # held, 0.4996
+    other = po.calibrate(data, free=(T0, Y0), rod=TRUTH)
+    assert other.chi2 == pytest.approx(fit.chi2, abs=1e-3)
+
+
+def test_a_profile_below_the_fit_is_said() -> None:
+    data = noisy(TRUTH, PLACES[::2], seed=5, pressure=0.0)
+    fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
+    worse = replace(fit, deviance=fit.deviance + 10.0)
+    for call in (worse.profile, worse.interval):
+        with pytest.raises(po.NotConverged, match="a better fit was found on the way"):
+            call(Y0)
+    assert intervals_of(worse, 0.95)[Y0][2] == "covariance; the profile finds a better fit"
+
+
 def test_as_many_data_as_numbers_is_said() -> None:
     lengths, p = states(TRUTH, PLACES[[1, 5]])
     fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-6), free=(T0, Y0), rod=start((T0, Y0)))
@@ -378,12 +418,8 @@ def test_as_many_data_as_numbers_is_said() -> None:
 @pytest.mark.slow
 def test_data_on_the_folded_branch_contradict_the_unfolded_one() -> None:
     data = noisy(TRUTH, np.array([0.24, 0.3, 0.38, 0.46]), seed=8, state="folded")
-    try:
-        fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
-        said = fit.warnings
-    except po.NotConverged as error:
-        said = (str(error),)
-    assert any("folded" in words for words in said)
+    fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
+    assert any(words.startswith("the data contradict the unfolded branch") for words in fit.warnings)
 
 
 # --- what is refused ----------------------------------------------------------------------
@@ -408,6 +444,21 @@ def test_options_that_cannot_be_meant(options: dict, words: str) -> None:
     data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 33e3], pressure_sd=500.0)
     with pytest.raises(po.InvalidInput, match=words):
         po.calibrate(data, **({"free": (T0,), "rod": TRUTH} | options))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"tol": 0.0}, "tol must be positive"),
+        ({"tol": "tight"}, "tol must be a number"),
+        ({"max_iterations": 0}, "max_iterations must be a whole number"),
+        ({"max_iterations": 10.0}, "max_iterations must be a whole number"),
+        ({"exact_hessian": "no"}, "exact_hessian must be True or False"),
+    ],
+)
+def test_solvers_that_cannot_be_meant(options: dict, words: str) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        Solver(**options)
 
 
 def test_an_exact_pressure_above_a_known_strength() -> None:
@@ -438,6 +489,13 @@ def test_too_few_points() -> None:
         ({"length": ["1.9e-3", "2.2e-3"]}, "numbers only"),
         ({"pressure": np.ma.array([48e3, 33e3], mask=[False, True])}, "is missing in row 2"),
         ({"pressure_sd": True}, "numbers only"),
+        ({"length": np.array([1.9e-3 + 1j, 2.2e-3])}, "numbers only"),
+        ({"length": np.ma.array([1.9e-3 + 1j, 2.2e-3])}, "numbers only"),
+        ({"length": np.array(["2020-01-01", "2020-01-02"], "M8[D]")}, "numbers only"),
+        ({"length": np.array([1, 2], "m8[D]")}, "numbers only"),
+        ({"length": np.array(["1.9e-3", 2.2e-3], object)}, "numbers only"),
+        ({"length": np.array([np.datetime64("2020-01-01"), 2.2e-3], object)}, "numbers only"),
+        ({"pressure": np.ma.array([True, False])}, "numbers only"),
         ({"pressure_sd": 1e-300}, "below the rounding"),
         ({"pressure_sd": [500.0, 1e300]}, "in row 2 is too large to mean anything"),
         ({"names": "ab"}, "names must be a list"),
@@ -458,6 +516,10 @@ def test_shapes_that_cannot_be_meant() -> None:
         ({"length_sd": 1e-5}, "length_sd but no length"),
         ({"pressure_sd": 1e-30}, "below the rounding"),
         ({"sd": 1e9}, "too large to mean anything"),
+        ({"tip": 5}, "tip of shape must be True or False"),
+        ({"tip": None}, "tip of shape must be True or False"),
+        ({"free_origin": "no"}, "free_origin of shape must be True or False"),
+        ({"x": [], "y": []}, "shape has no points"),
     ):
         with pytest.raises(po.InvalidInput, match=words):
             po.MeasuredShape(
@@ -475,6 +537,7 @@ def test_intervals_that_cannot_be_meant() -> None:
     for call, words in (
         (lambda: fit.interval(T0), "was not fitted"),
         (lambda: fit.interval(Y0, level=1.5), "level"),
+        (lambda: fit.interval(Y0, level=1e-17), "level must lie between 1e-06 and 1"),
         (lambda: fit.interval(Y0, method="guess"), "unknown method"),
         (lambda: fit.interval(Y0, level="95 %"), "level must be a number"),
         (lambda: fit.profile(Y0, points=2), "points must be"),

@@ -156,17 +156,19 @@ def _frame_residuals(ax: Axes, label: str) -> None:
 
 def plot_shapes(fit: Calibration, ax: Axes) -> Axes:
     """Draw measured points and the fitted shapes through them, the detachment point at x = 0."""
-    pairs = [(o, eq) for o, eq in zip(fit.observations, fit.equilibria, strict=True) if o.points is not None]
-    unit = length_unit(fit.rod, max(float(np.ptp(eq.x)) for _, eq in pairs))
-    origins = fit.origins
-    for o, eq in pairs:
-        assert o.points is not None
+    shapes = [
+        (o.points, eq, origin)
+        for o, eq, origin in zip(fit.observations, fit.equilibria, fit.origins, strict=True)
+        if o.points is not None
+    ]
+    unit = length_unit(fit.rod, max(float(np.ptp(eq.x)) for _, eq, _ in shapes))
+    for points, eq, origin in shapes:
         ax.plot(eq.x / unit.size, eq.y / unit.size, color=PRESSURE, linewidth=1.6)
         ax.errorbar(
-            (o.points[:, 0] - origins[o.name]) / unit.size,
-            o.points[:, 1] / unit.size,
-            xerr=o.points[:, 2] / unit.size,
-            yerr=o.points[:, 2] / unit.size,
+            (points[:, 0] - origin) / unit.size,
+            points[:, 1] / unit.size,
+            xerr=points[:, 2] / unit.size,
+            yerr=points[:, 2] / unit.size,
             fmt="o",
             color=ROD,
             markersize=2.5,
