@@ -95,7 +95,10 @@ def test_a_page_is_whole_small_and_says_what_it_is(page: Path) -> None:
     assert "The state asked for" not in text
 
 
-@pytest.mark.parametrize("state", [State(lam=-5.0), State(lam=1.0, label="spurious")])
+@pytest.mark.parametrize(
+    "state",
+    [State(lam=-5.0), State(lam=1.0, label="spurious"), State(beta0=53.16, lam=15.69)],
+)
 def test_a_state_that_is_not_on_the_branch_is_said(tmp_path: Path, state: State) -> None:
     text = write_page(tmp_path / "page.html", state, values=[], points=4).read_text(encoding="utf-8")
     assert f"({state.label}), is not on this branch" in text

@@ -11,12 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
 
 import peel_opt as po
+from peel_opt.arclength import chart
 from peel_opt.cards import load_card
+from peel_opt.closures import Plane
 from peel_opt.cohesion import COHESIVE, LINEAR
 from peel_opt.explorer.answers import full_answer
-from peel_opt.explorer.curves import quick_groups, quick_rod, window
+from peel_opt.explorer.curves import window
+from peel_opt.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
 from peel_opt.explorer.scene import full_scene, live_scene
 from peel_opt.explorer.state import CHOICES, State
 from peel_opt.explorer.state_cards import from_card, to_card
@@ -160,15 +164,59 @@ def test_quick_walks_know_how_far_they_are_from_the_trace() -> None:
         theirs = exact.special(special.kind)
         nearest = min(abs(p.pressure_ratio - quick.pressure_ratio[special.row]) for p in theirs)
         assert nearest < 2e-3
-    # Against the traced branch, in its own metric and by the tip height, which is monotone to P_min.
-    upper = slice(0, exact.special("LP-pressure")[0].index)
-    rows = slice(0, quick.special("LP-pressure").row)  # type: ignore[union-attr]
-    order = np.argsort(quick.pressure_ratio[rows])
-    sigma = np.interp(
-        exact.pressure_ratio[upper], quick.pressure_ratio[rows][order], quick.length_ratio[rows][order]
-    )
-    # 8 points drawn between two points: a polyline adds to the error of the cubics.
-    assert np.abs(sigma - exact.sigma[upper]).max() < 3.0 * quick.error + 5e-3
+
+
+def distance(walk: QuickBranch) -> float:
+    """Largest distance found between the cubics through a walk and the branch itself."""
+    s = np.array([p.arclength for p in walk.points])
+    cubics = CubicHermiteSpline(s, [p.x[-4:] for p in walk.points], [p.tangent[-4:] for p in walk.points])
+    found = []
+    for i, point in enumerate(walk.points[:-1]):
+        for share in (0.3, 0.5, 0.7):
+            a = s[i] + share * (s[i + 1] - s[i])
+            place, rates = chart(cubics(a))
+            across = rates @ cubics(a, 1)
+            start = point if share < 0.5 else walk.points[i + 1]
+            landed = walk.family.solve(start.profile, Plane.across(place, across / np.linalg.norm(across)))
+            if landed is not None:
+                found.append(float(np.linalg.norm(chart(landed[1].x[-4:])[0] - place)))
+    assert len(found) > 2 * len(walk.points)
+    return max(found)
+
+
+@pytest.mark.parametrize("law", [LINEAR, COHESIVE])
+@pytest.mark.parametrize(
+    "given", [{"ratio": 1.0}, {"ratio": 10.0}, {"ratio": 100.0}, {"beta0": 1.0}, {"beta0": 4.0}]
+)
+def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any, given: Any) -> None:
+    if "ratio" in given:
+        walk, curve = quick_rod(law, given["ratio"], math.inf)
+        walks = [walk]
+    else:
+        both, curve = quick_groups(law, given["beta0"], window(given["beta0"]), math.inf)
+        walks = list(both)
+    far = max(distance(walk) for walk in walks)
+    assert far <= curve.error
+    # Nor is it so large that it says nothing.
+    assert curve.error < 50.0 * far
+
+
+@pytest.mark.parametrize(
+    "state",
+    [State(beta0=20.0, lam=40.0), State(beta0=30.0, lam=80.0, law="cohesive"), State(beta0=60.0, lam=20.0)],
+)
+def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(state: State) -> None:
+    exists = full_answer(state).equilibrium
+    assert exists is not None
+    cut = live_scene(state, budget=0.0)
+    assert "so far" in cut.message
+    assert "nearest" not in cut.message
+    assert cut.nearest is None
+    # Nor does it keep the picture before from being followed.
+    before = full_answer(state.at(0.99 * state.lam)).equilibrium
+    followed = live_scene(state, before=before, budget=0.0).equilibrium
+    assert followed is not None
+    assert followed.alpha1 == pytest.approx(exists.alpha1, abs=1e-3)
 
 
 def test_a_quick_walk_stops_in_time_and_goes_on_later() -> None:

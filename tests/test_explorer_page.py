@@ -108,6 +108,47 @@ def test_many_values_of_one_drag_make_one_picture() -> None:
     assert pictures == [1.0]
 
 
+def test_a_value_released_while_the_browser_paints_makes_one_picture_and_one_solve() -> None:
+    solves: list[Callable[[], Scene]] = []
+
+    def taken(work: Callable[[], Scene]) -> Future[Scene]:
+        solves.append(work)
+        return Future()
+
+    page = Page(Document(), State(accuracy="sketch"), submit=taken)
+
+    def painted() -> None:
+        page.pace.pulse.data = {"sent": [page.pace.count], "seen": [page.pace.count]}
+
+    painted()
+    slide(page, "lam", 0.1, rest=False)  # sent, and not yet painted
+    sent = page.pace.count
+    solves.clear()
+    slide(page, "lam", 0.2, rest=False)
+    page._slider("lam", 0.3, False)
+    page._slider("lam", 0.5, True)
+    assert page._held
+    painted()
+    for _ in range(3):
+        pump(page)
+        painted()
+    assert page.pace.count == sent + 1
+    assert here(page)[0] == pytest.approx(0.5)
+    assert len(solves) == 1
+    # And the next value is shown as ever.
+    slide(page, "lam", 0.6, rest=False)
+    assert here(page)[0] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("end", ["start", "end"])
+def test_the_slider_of_the_rod_reaches_its_ends(end: str) -> None:
+    page = opened(State(given="length", law="cohesive", accuracy="sketch"), submit=never)
+    slider = page.controls.numbers["ratio"].slider
+    slide(page, "ratio", getattr(slider, end), rest=False)
+    assert page.state.ratio == {"start": 0.005, "end": 3000.0}[end]
+    assert "outside" not in page.notes.text
+
+
 def test_a_stale_result_is_not_shown() -> None:
     waiting: list[tuple[Callable[[], Scene], Future[Scene]]] = []
 
@@ -272,6 +313,9 @@ def test_csv_and_card_are_delivered(tmp_path: Path) -> None:
     page._send_link()
     assert page.address.data["query"] == [page.state.to_query()]
     assert page.outbox.data["number"] == [3]
+    # The only kind that the browser does not make a file of.
+    assert page.outbox.data["kind"] == ["clipboard"]
+    assert 'kind == "clipboard"' in page.outbox.js_property_callbacks["change:data"][0].code  # type: ignore[attr-defined]
 
 
 def test_a_page_that_opens_with_a_bad_link_says_so_and_works() -> None:

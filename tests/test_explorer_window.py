@@ -214,6 +214,20 @@ def test_work_that_fails_or_comes_too_late_leaves_the_window_alive() -> None:
     assert window.scene.state.lam == pytest.approx(0.3)
 
 
+def test_work_that_has_not_begun_is_given_up_for_newer_work() -> None:
+    futures: list[Future[Scene]] = []
+
+    def queued(_work: Callable[[], Scene]) -> Future[Scene]:
+        futures.append(Future())
+        return futures[-1]
+
+    window = opened(submit=queued)
+    window.controls.lower.slider.set_val(0.3)
+    window.solve()
+    assert [future.cancelled() for future in futures] == [True, False]
+    assert window.deliver() is True
+
+
 def test_a_card_opens_in_its_units() -> None:
     window = opened(from_card(load_card(FLAP)).changed(accuracy="draft"))
     assert "[mm]" in window.diagram.get_xlabel()

@@ -21,7 +21,8 @@ from ..result import Equilibrium
 from ..shape import Solution
 from ..transcription import Spectral
 from ..transcription.base import Profile
-from .curves import QuickBranch, law_of, quick_branch, quick_rod
+from .curves import law_of, window
+from .quick_walks import QuickBranch, gone, quick_branch, quick_rod
 from .state import METHODS, State
 from .state_cards import named_law
 
@@ -245,16 +246,33 @@ def _chosen(state: State, ask: _Ask, found: list[Candidate]) -> Candidate | None
     return min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))
 
 
+def _through(state: State, target: Closure, walk: QuickBranch) -> bool:
+    """Whether all of a walk is known on which a state could be."""
+    if walk.ended:
+        return True
+    if walk.family.closure.kind == "length":
+        return gone(walk, window(state.beta0, state.lam))
+    if walk.side < 0:
+        # Walked for groups only; the length grows along it.
+        return walk.points[-1].scalars.sigma > target.value
+    if state.label != "folded" and walk.fold("LP-pressure") is not None:
+        return True
+    # Nobody asks a rod for p < 0; groups may have their state there.
+    return state.rod is not None and walk.points[-1].scalars.pressure_ratio <= 0.0
+
+
 def _none(
     state: State, target: Closure, walks: tuple[QuickBranch, ...], found: list[Candidate]
 ) -> PeelOptError:
     """Say what exists instead, or that the walks have not come far enough to know."""
     rod = state.rod
-    last = walks[0].points[-1].scalars
-    passed = walks[0].ended or (state.label != "folded" and walks[0].fold("LP-pressure") is not None)
-    if rod is not None and not passed and last.pressure_ratio > 0.0:
+    short = next((walk for walk in walks if not _through(state, target, walk)), None)
+    if short is not None:
+        last = short.points[-1].scalars
+        on_rod = short.family.closure.kind == "ratio"
+        where = f"p/T₀ = {last.pressure_ratio:.3g}" if on_rod else f"λ = {last.lam:.3g}"
         return NotConverged(
-            f"the branch has been walked to p/T₀ = {last.pressure_ratio:.3g} so far, and no such state met.",
+            f"the branch has been walked to {where} so far, and no such state met.",
             remedy="Let the slider rest.",
         )
     words = f"no {state.label} equilibrium at {state.words}."

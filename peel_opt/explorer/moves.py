@@ -25,6 +25,9 @@ def chosen(state: State, field: str, value: str) -> State:
 
 def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> State:
     """Return the state after a slider moved; it stays near ``eq`` where several have its label."""
+    if field == "ratio":
+        # Sliders move its logarithm, and 10**log10(3000) is more than 3000.
+        value = min(max(value, RATIOS[0]), RATIOS[1])
     near = None
     if state.label in ("folded", "spurious") and eq is not None:
         near = {"groups": eq.alpha1, "length": eq.pressure, "pressure": eq.length}[state.given]

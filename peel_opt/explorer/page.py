@@ -7,7 +7,6 @@ page of its own and shares nothing but remembered branches.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
@@ -20,8 +19,9 @@ from ..errors import PeelOptError
 from . import look, moves
 from .controls import Controls
 from .curves import Curve
-from .downloads import address, outbox, picture, pulse
+from .downloads import address, outbox, picture
 from .four_panels import FourPanels
+from .pace import Pace
 from .panels import Frame
 from .scene import Scene, full_scene, live_scene
 from .spoken import spoken
@@ -37,9 +37,6 @@ RESTED = 350
 FRAME = 90
 
 _WORKERS = ThreadPoolExecutor(max_workers=2, thread_name_prefix="peel-opt-explore")
-
-#: A browser that has not said for this long that it has painted is not waited for [s].
-SILENT = 1.0
 
 Submit = Callable[[Callable[[], Scene]], "Future[Scene]"]
 
@@ -71,7 +68,6 @@ class Page:
         self.scene = live_scene(state)
         self._token = 0
         self._waiting = self._scheduled = self._held = False
-        self._sent, self._seen, self._sent_at = 0, -1, 0.0
         self._rest: Any = None
         self._sweep: Any = None
         self._frames: tuple[Frame, ...] = ()
@@ -80,7 +76,8 @@ class Page:
         self.panels = FourPanels()
         self.notes = text_box("notes", "alert", self.panels.width)
         self.costs = text_box("costs", "status", look.SIDE - 8)
-        self.outbox, self.address, self.pulse = outbox(), address(), pulse()
+        self.outbox, self.address = outbox(), address()
+        self.pace = Pace(self._caught_up)
         self._assemble()
         self._draw()
         self.controls.show(state, self.scene.curve)
@@ -96,7 +93,6 @@ class Page:
         self.controls.nearest.on_click(self._to_nearest)
         self.controls.play.on_change("active", self._play)
         self.panels.diagram.figure.on_event("tap", self._tapped)
-        self.pulse.on_change("data", self._painted)
         root = Row(
             Column(self.controls.box, self.costs, spacing=6),
             Column(self.panels.headline, grid, self.notes, spacing=0),
@@ -107,9 +103,9 @@ class Page:
         self.doc.title = "peel_opt explorer"
         tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
         self.doc.js_on_event("document_ready", tell)
-        self.pulse.js_on_change("data", tell)  # after each picture
+        self.pace.pulse.js_on_change("data", tell)  # after each picture
         with self.doc.models.freeze():  # one look through all models, not one for each root
-            for model in (root, self.outbox, self.address, self.pulse):
+            for model in (root, self.outbox, self.address, self.pace.pulse):
                 self.doc.add_root(model)
         self.doc.on_session_destroyed(self._closed)
 
@@ -160,24 +156,14 @@ class Page:
 
     # --- pictures -------------------------------------------------------------------------
 
-    def _keeps_up(self) -> bool:
-        """Whether the browser has painted all it was sent; True before it has ever said so."""
-        silent = time.monotonic() - self._sent_at > SILENT
-        return self._seen < 0 or self._seen == self._sent or silent
-
-    def _sent_picture(self) -> None:
-        self._sent += 1
-        self._sent_at = time.monotonic()
-        self.pulse.data = {"sent": [self._sent], "seen": [self._seen]}
-
-    def _painted(self, _attribute: str, _old: Any, new: Any) -> None:
-        if new["seen"][0] == new["sent"][0] == self._sent:
-            self._seen = self._sent
-            if self._held:
-                self._live()
+    def _caught_up(self) -> None:
+        if self._held:
+            self._live()
 
     def _live(self) -> None:
-        self._held = not self._keeps_up()
+        if not self._scheduled:
+            return  # shown already, when the picture before had been painted
+        self._held = not self.pace.keeps_up()
         if self._held:
             return  # painted first; then the newest value is next
         self._scheduled = False
@@ -238,7 +224,7 @@ class Page:
             self.controls.nearest.visible = scene.nearest is not None
             self._say(self.messages)
             self._costs("")
-            self._sent_picture()
+            self.pace.sent()
         finally:
             self.doc.unhold()
 
@@ -264,7 +250,7 @@ class Page:
         self._sweep = self.doc.add_periodic_callback(self._step, FRAME)
 
     def _step(self) -> None:
-        if not self._keeps_up():
+        if not self.pace.keeps_up():
             return
         if self._frame >= len(self._frames):
             self._stop()
@@ -283,7 +269,7 @@ class Page:
                 self.panels.show_moving(scene)
                 self.panels.diagram.place(scene.diagram.here)
             self.panels.loop.place((frame.x, frame.y))
-            self._sent_picture()
+            self.pace.sent()
         finally:
             self.doc.unhold()
 
@@ -318,5 +304,5 @@ class Page:
     def _send_link(self) -> None:
         query = self.state.to_query()
         self.address.data = {"query": [query]}
-        self._send("link", f"?{query}", "link")
+        self._send("link", f"?{query}", "clipboard")
         self._say((f"The link in the address bar restores this state: ?{query}",))

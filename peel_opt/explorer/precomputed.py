@@ -187,9 +187,24 @@ def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...],
     x, y = (np.array([getattr(p, name) for p in found]) for name in ("x", "y"))
     u, v = (x - here[0]) / (np.ptp(x) or 1.0), (y - here[1]) / (np.ptp(y) or 1.0)
     nearest = int(np.hypot(u, v).argmin())
-    if scene.equilibrium is None or scene.equilibrium.state not in _LABELS:
+    eq = scene.equilibrium
+    if eq is None or eq.state not in _LABELS or _off(scene, state, here) > ELSEWHERE:
         return found, nearest, False
     return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest, True
+
+
+def _off(scene: Scene, state: State, here: tuple[float, float]) -> float:
+    """Distance of a state from the branch as it is drawn, in shares of the picture."""
+    panel = scene.diagram
+    x, y = coordinates(state, scene.curve)
+    # The state is the origin; what is not finite, beta0 = 0 over T0, is not drawn.
+    u, v = (x - here[0]) / (panel.x.high - panel.x.low), (y - here[1]) / (panel.y.high - panel.y.low)
+    drawn = np.isfinite(u) & np.isfinite(v)
+    corners = np.stack([u[drawn], v[drawn]], axis=1)
+    start, along = corners[:-1], np.diff(corners, axis=0)
+    size = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(-(start * along).sum(axis=1) / size, 0.0, 1.0)
+    return float(np.hypot(*(start + share[:, None] * along).T).min())
 
 
 def solved(place: Place) -> Scene | None:

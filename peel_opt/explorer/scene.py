@@ -11,11 +11,12 @@ from ..errors import PeelOptError
 from ..maxwell_points import TURN
 from ..result import Equilibrium
 from .answers import Found, full_answer, quick_answer
-from .curves import Curve, QuickBranch, law_of, quick_groups, quick_rod, traced, window
+from .curves import Curve, law_of, traced, window
 from .diagram_panel import diagram_panel, units
 from .loop_panel import lambda_loop, pressure_loop
 from .panels import Answer, DiagramPanel, LoopPanel, Part, PotentialPanel, RodPanel
 from .potential_panel import Landscape, landscape, off_by, potential_panel
+from .quick_walks import QuickBranch, quick_groups, quick_rod
 from .rod_panel import adhered_panel, rod_panel
 from .state import State
 from .words import answer_of, warnings_of

@@ -138,6 +138,8 @@ class Window:
         def work() -> Scene:
             return full_scene(state)
 
+        if self._work is not None:
+            self._work[1].cancel()  # nobody waits for it any more
         self._work = state, self._submit(work)
         self._look.start()
 
