@@ -62,8 +62,9 @@ def _pressure_rows(loop: PressureLoop) -> list[list[str]]:
 
 
 def _pressure_area(loop: PressureLoop) -> str:
-    scaled = f"{_text(loop.area / (loop.rod.adhesion_strength * loop.rod.eta))} T0 eta"
-    return scaled if loop.rod.dimensionless else f"{display(loop.area, 'Pa m', 8)} = {scaled}"
+    digits = loop.area_digits
+    scaled = f"{loop.area / (loop.rod.adhesion_strength * loop.rod.eta):.{digits}g} T0 eta"
+    return scaled if loop.rod.dimensionless else f"{display(loop.area, 'Pa m', min(digits, 8))} = {scaled}"
 
 
 def loop_record(loop: Loop) -> dict[str, Any]:
@@ -87,7 +88,9 @@ def loop_record(loop: Loop) -> dict[str, Any]:
             }
             for jump in loop.jumps
         ]
-        head |= {f"area [{units.pressure} {units.length}]": loop.area, "area_ratio": loop.area / (T0 * eta)}
+        area = f"area [{units.pressure} {units.length}]"
+        head |= {area: loop.area, "area_ratio": loop.area / (T0 * eta)}
+        head |= {"area_ratio_error": loop.area_error / (T0 * eta)}
     else:
         head = {"swept": "lambda", "law": "linear", "convention": loop.convention}
         head |= {"source": loop.source, "beta0": loop.beta0}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -104,6 +105,8 @@ class PressureLoop:
         Up at T0, down at the minimum pressure.
     area : float
         Enclosed in the (pressure, length) plane [Pa m].
+    area_error : float
+        Of the area [Pa m]: what a lower degree or fewer points change, and the error of the states.
     not_computed : str
         What happens in a jump.
     branch : Branch
@@ -116,6 +119,7 @@ class PressureLoop:
     between: PressureSweep
     jumps: tuple[PressureJump, ...]
     area: float
+    area_error: float
     not_computed: str
     branch: Branch = field(repr=False)
 
@@ -128,6 +132,13 @@ class PressureLoop:
     def visited(self) -> tuple[str, ...]:
         """Names of the states in the order of the loop, each once."""
         return tuple(dict.fromkeys([*self.up.state.tolist(), *self.down.state.tolist()]))
+
+    @property
+    def area_digits(self) -> int:
+        """Digits of the area that its error leaves, at most 10."""
+        if not self.area_error > 0.0:
+            return 10
+        return min(max(math.floor(math.log10(self.area / self.area_error)), 1), 10)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the loop in the (pressure, length) plane; return the axes."""
@@ -147,7 +158,7 @@ class PressureLoop:
             [
                 *lines,
                 f"├─ states: {', '.join(self.visited)}",
-                f"├─ area {self.area / (T0 * eta):.9g} T0 eta",
+                f"├─ area {self.area / (T0 * eta):.{self.area_digits}g} T0 eta",
                 f"└─ {self.not_computed}",
             ]
         )
@@ -175,6 +186,7 @@ def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
         none = np.zeros(len(ratios))
         return _sweep(ratios * T0, none, np.full(len(ratios), "adhered"), none, np.full(len(ratios), -1))
 
+    area, area_error = _area(branch, turn)
     below = np.linspace(0.5 * P[turn], P[turn], max(points // 4, 2))
     ends = branch.sigma[[turn, end]] * eta
     up = PressureJump("up", T0, 0.0, float(ends[1]), float(branch.lam[end]), float(branch.alpha1[end]))
@@ -192,7 +204,8 @@ def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
         down=_joined(solved(folded[::-1]), adhered(below[::-1])),
         between=solved(unfolded),
         jumps=(up, down),
-        area=_area(branch, turn) * T0 * eta,
+        area=area * T0 * eta,
+        area_error=area_error * T0 * eta,
         not_computed=NOT_COMPUTED,
         branch=branch,
     )
@@ -218,10 +231,23 @@ def _turn(branch: Branch) -> SpecialPoint:
     return turns[0]
 
 
-def _area(branch: Branch, turn: int) -> float:
-    """Integral of sbar/eta over p/T0 along the folded states, by a spline in the tip angle."""
-    s = branch.A[turn:]
-    pressure, length = (make_interp_spline(s, v[turn:], k=5) for v in (branch.pressure_ratio, branch.sigma))
+def _area(branch: Branch, turn: int) -> tuple[float, float]:
+    """Integral of sbar/eta over p/T0 along the folded states, by splines in the tip angle, and its error.
+
+    The branch has kinks where the height grazes y0, which no spline follows: the error is what a lower
+    degree changes, or half as many points, whichever is more, and what the states are off by.
+    """
+    s, P, sigma = (column[turn:] for column in (branch.A, branch.pressure_ratio, branch.sigma))
+    half = np.unique([*range(0, len(s), 2), len(s) - 1])
+    area = _spline_area(s, P, sigma, 5)
+    cruder = _spline_area(s, P, sigma, 3), _spline_area(s[half], P[half], sigma[half], 5)
+    states = float(branch.error[turn:].max()) * float(np.abs(np.diff(sigma)).sum())
+    return area, max(abs(area - other) for other in cruder) + states
+
+
+def _spline_area(s: np.ndarray, P: np.ndarray, sigma: np.ndarray, degree: int) -> float:
+    """Integral of sigma dP over the parameter ``s``."""
+    pressure, length = (make_interp_spline(s, values, k=degree) for values in (P, sigma))
     cell = Grid.gauss(8)
     x = s[:-1, None] + np.diff(s)[:, None] * cell.xi
     return float((length(x) * pressure.derivative()(x) @ cell.weights) @ np.diff(s))

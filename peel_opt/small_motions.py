@@ -52,13 +52,15 @@ class Stability:
     error : float
         Largest relative change of these when the discretisation is refined.
     index : int
-        Number of negative real eigenvalues: directions in which the rod just falls away.
+        Number of negative real eigenvalues: directions in which the rod just falls away.  One
+        within its error of zero does not count: the state is then `marginal`.
     flutter : bool
         Whether a complex pair makes an undamped inextensible rod oscillate with growing amplitude.
     growth : float
         Fastest growth rate under viscous drag alone, -min Re(mu); negative if all decay.
     determinant_sign : int
-        Sign of det K, the same for any inertia: -1 if an odd number of real eigenvalues is negative.
+        Sign of det K, the same for any inertia: -1 if an odd number of real eigenvalues is negative,
+        0 if one of them is within its error of zero, as at contact and at a fold in pressure.
     volume_index : int
         The same count as ``index`` when the swept volume is held instead of the pressure.
     """
@@ -72,9 +74,14 @@ class Stability:
     volume_index: int
 
     @property
+    def marginal(self) -> bool:
+        """Whether an eigenvalue is within its error of zero, so that its sign is not known."""
+        return self.determinant_sign == 0
+
+    @property
     def stable(self) -> bool:
-        """Whether nothing grows at fixed pressure, with or without drag."""
-        return self.index == 0 and not self.flutter
+        """Whether nothing grows at fixed pressure, with or without drag; not claimed if marginal."""
+        return self.index == 0 and not self.flutter and not self.marginal
 
     def seen_under(self) -> dict[str, bool]:
         """Return under which control an experimenter would see the state."""
@@ -85,9 +92,10 @@ class Stability:
 
     def __repr__(self) -> str:
         volume = f"index {self.volume_index} at fixed volume"
-        word = (
-            "stable" if self.stable else f"unstable (index {self.index}{', flutter' if self.flutter else ''})"
-        )
+        if self.index or self.flutter:
+            word = f"unstable (index {self.index}{', flutter' if self.flutter else ''})"
+        else:
+            word = "marginal" if self.marginal else "stable"
         return f"Stability({word} at fixed pressure; {volume}; error {self.error:.0e})"
 
 
@@ -104,14 +112,16 @@ def _analysed(coarse: _Motions, fine: _Motions) -> Stability:
     real = np.abs(lowest.imag) <= COMPLEX * np.abs(lowest)
     constrained = fine.eigenvalues(fixed_volume=True)[:REPORTED]
     held = np.abs(constrained.imag) <= COMPLEX * np.abs(constrained)
+    # Where a real eigenvalue vanishes, as at contact, its sign is that of rounding.
+    marginal = bool(np.any(real & (np.abs(lowest.real) <= error * (1.0 + np.abs(lowest)))))
     return Stability(
         eigenvalues=lowest,
         error=error,
-        index=int(np.sum(real & (lowest.real < 0.0))),
+        index=int(np.sum(real & (lowest.real < -error * (1.0 + np.abs(lowest))))),
         flutter=bool(np.any(~real)),
         growth=float(-np.min(lowest.real)),
-        determinant_sign=fine.determinant_sign(),
-        volume_index=int(np.sum(held & (constrained.real < 0.0))),
+        determinant_sign=0 if marginal else fine.determinant_sign(),
+        volume_index=int(np.sum(held & (constrained.real < -error * (1.0 + np.abs(constrained))))),
     )
 
 
@@ -277,7 +287,8 @@ def control_table(eq: Equilibrium) -> dict[str, str]:
     Returns
     -------
     dict of str
-        "stable" or "unstable", and why, by the name of the control.
+        "stable" or "unstable", and why, by the name of the control; "marginal" where the sign of
+        an eigenvalue is not known.
 
     Raises
     ------
@@ -296,13 +307,16 @@ def control_table(eq: Equilibrium) -> dict[str, str]:
     found = stability(eq)
     flutter = ["flutter"] if found.flutter else []
 
-    def word(index: int) -> str:
+    def word(index: int, otherwise: str = "stable") -> str:
         reasons = ([f"index {index}"] if index else []) + flutter
-        return f"unstable ({', '.join(reasons)})" if reasons else "stable"
+        return f"unstable ({', '.join(reasons)})" if reasons else otherwise
 
+    doubt = found.error * (1.0 + abs(found.growth))
     return {
-        "fixed pressure": word(found.index),
-        "fixed pressure, heavy drag": "unstable" if found.growth > 0.0 else "stable",
+        "fixed pressure": word(found.index, "marginal" if found.marginal else "stable"),
+        "fixed pressure, heavy drag": (
+            "marginal" if abs(found.growth) <= doubt else "unstable" if found.growth > 0.0 else "stable"
+        ),
         "fixed swept volume": word(found.volume_index),
         "fixed length (paper)": PAPER_LABELS.get(eq.state, "not covered"),
     }

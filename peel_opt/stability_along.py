@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from .assembly import discretised, law_of, transcription_from
+from .arclength import chart
+from .assembly import law_of, transcription_from, walked
 from .branch import Branch, require_branch
 from .closures import Closure
 from .continuation import Family
-from .errors import InvalidInput
+from .errors import InvalidInput, NotConverged
+from .points import Point, arclength_between
 from .small_motions import Stability, analyse, stability
-from .transcription.base import Profile
 
 #: Width of a bracket in the tip angle [rad] at which a change counts as located.
 LOCATED = 1e-6
+
+#: Distances from the end of a branch [rad] at which a state stands for a marginal end.
+NEAR_THE_END = (1e-5, 1e-4, 1e-3)
+
+#: Changes between two points beyond which they are taken for noise.
+MANY = 20
 
 
 @dataclass(frozen=True)
@@ -28,7 +36,7 @@ class StabilityChange:
     before, after : str
         "index 1", "flutter", "flutter even under drag", "stable" and the like.
     tip_angles : tuple of float
-        Between which it lies [rad]; within 1e-6 unless the rod grazes y0 just there.
+        Between which it lies [rad], within 1e-6 of each other.
     pressure_ratio, length_ratio : float
         Of the state at the first of them.
     """
@@ -45,7 +53,7 @@ def describe(found: Stability) -> str:
     parts = [f"index {found.index}"] if found.index else []
     if found.flutter:
         parts.append("flutter even under drag" if found.growth > 0.0 else "flutter")
-    return ", ".join(parts) or "stable"
+    return ", ".join(parts) or ("marginal" if found.marginal else "stable")
 
 
 def with_index(branch: Branch) -> Branch:
@@ -75,6 +83,13 @@ def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     ------
     InvalidInput
         If the branch is not that of a rod.
+    NotConverged
+        If the branch cannot be solved where its stability changes.
+
+    Notes
+    -----
+    The kind of a marginal state, such as the end of a branch at contact, is not known; its
+    neighbours decide.  Two changes between neighbouring points that cancel are not seen.
     """
     if require_branch(branch).hold != "ratio" or branch.solutions is None:
         raise InvalidInput(
@@ -83,27 +98,82 @@ def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     family = Family(
         law_of(branch), transcription_from(branch.solutions.transcription), Closure("ratio", branch.held)
     )
-    kinds = [describe(stability(branch, i)) for i in range(len(branch))]
-    changes = []
-    for i in np.flatnonzero([a != b for a, b in pairwise(kinds)]):
-        ends = tuple(problem.profile(x) for problem, x in (discretised(branch, int(k)) for k in (i, i + 1)))
-        changes.append(_located(family, ends, kinds[i], kinds[i + 1]))
-    return tuple(changes)
+    return tuple(
+        change
+        for low, high in pairwise(_known(family, walked(branch)))
+        for change in _between(family, low, high)
+    )
 
 
-def _located(family: Family, ends: tuple[Profile, ...], before: str, after: str) -> StabilityChange:
-    """Halve a bracket in the tip angle until it is narrow, or the branch cannot be solved inside."""
-    low, high = ends
-    while high.scalars.A - low.scalars.A > LOCATED:
-        middle = Closure("amplitude", 0.5 * (low.scalars.A + high.scalars.A))
-        solved = family.solve(low, middle) or family.solve(high, middle)
-        if solved is None:
-            break
-        problem, result = solved
-        kind = describe(analyse(family.law, problem, result.x))
-        if kind == before:
-            low = problem.profile(result.x)
-        else:
-            high, after = problem.profile(result.x), kind
-    s = low.scalars
-    return StabilityChange(before, after, (-s.A, -high.scalars.A), s.pressure_ratio, s.sigma)
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A point of the branch and the kind of its stability."""
+
+    point: Point
+    found: Stability
+
+    @property
+    def A(self) -> float:
+        return self.point.scalars.A
+
+    @property
+    def kind(self) -> str:
+        return describe(self.found)
+
+
+def _known(family: Family, points: Sequence[Point]) -> list[_State]:
+    """Analyse the points, without those whose kind rounding would decide.
+
+    The branch ends at contact in such a state: another, just before it, stands for the end.
+    """
+    states = [_state(family, point) for point in points]
+    known = [state for state in states if not state.found.marginal]
+    if len(states) > 1 and states[-1].found.marginal:
+        before, end = states[-2], states[-1]
+        for away in NEAR_THE_END:
+            if away >= end.A - before.A:
+                break
+            near = _landed(family, before, end, end.A - away)
+            if near is not None and not near.found.marginal:
+                return [*known, near]
+    return known
+
+
+def _between(family: Family, low: _State, high: _State) -> list[StabilityChange]:
+    """Locate one change after the other, until the kind is that of the upper end."""
+    changes: list[StabilityChange] = []
+    while low.kind != high.kind:
+        if len(changes) == MANY:
+            raise NotConverged(
+                f"the stability changes more than {MANY} times between two points.",
+                remedy="Trace more points, with a smaller tol.",
+            )
+        left, right = low, high
+        while right.A - left.A > LOCATED:
+            middle = _landed(family, left, right, 0.5 * (left.A + right.A))
+            if middle is None:
+                raise NotConverged(
+                    f"the branch could not be solved at tip angles from {-left.A:.6g} to {-right.A:.6g},"
+                    " where its stability changes.",
+                    remedy="Trace more points.",
+                )
+            left, right = (middle, right) if middle.kind == low.kind else (left, middle)
+        s = left.point.scalars
+        changes.append(StabilityChange(left.kind, right.kind, (-left.A, -right.A), s.pressure_ratio, s.sigma))
+        low = right
+    return changes
+
+
+def _landed(family: Family, low: _State, high: _State, A: float) -> _State | None:
+    """Solve between two states at a tip angle; None on failure."""
+    landed = family.land(low.point, high.point, Closure("amplitude", A))
+    if landed is None:
+        return None
+    problem, result = landed
+    place = chart(result.x[-4:])[0]
+    arclength = arclength_between(low.point, high.point, place)
+    return _state(family, family.point(problem, result.x, low.point.direction, arclength, result.iterations))
+
+
+def _state(family: Family, point: Point) -> _State:
+    return _State(point, analyse(family.law, point.problem, point.x))

@@ -18,7 +18,7 @@ from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import brentq
 
 from .assembly import discretised, law_of, transcription_from, walked
@@ -73,21 +73,44 @@ class Energies:
 
         The two areas between this pressure and the branch in the (p, S) plane are equal.  It
         belongs to the path along the branch; it is not where an energy changes its minimum.
+        `equal_area_error` says how well it is known.
 
         Raises
         ------
         NoEquilibrium
             If Gamma does not return to zero before the branch ends.
         """
+        i, gamma = self._return(), self.gamma
+        spline, P = CubicSpline(self.A, gamma), CubicSpline(self.A, self.pressure_ratio)
+        return float(P(brentq(spline, self.A[i], self.A[i + 1], xtol=1e-13)))
+
+    def equal_area_error(self) -> float:
+        """Error of `equal_area_pressure`, in p/T0.
+
+        As dGamma = -S dp, an error of the swept area moves the pressure by p/S times itself.  To it
+        comes the distance from what Gamma and its slope -S at the two neighbouring points give.
+
+        Raises
+        ------
+        NoEquilibrium
+            As for `equal_area_pressure`.
+        """
+        i, found = self._return(), self.equal_area_pressure()
+        near = np.array([i, i + 1])
+        p, gamma, swept = self.pressure_ratio[near], self.gamma[near], self.swept[near]
+        order = np.argsort(p)
+        local = CubicHermiteSpline(p[order], gamma[order], -swept[order])
+        return found * self.swept_error / float(swept.min()) + abs(found - brentq(local, *p, xtol=1e-15))
+
+    def _return(self) -> int:
+        """Index of the last point before Gamma returns to zero."""
         gamma = self.gamma
         turns = np.flatnonzero((gamma[1:-1] > 0.0) & (gamma[2:] <= 0.0))
         if not turns.size:
             raise NoEquilibrium(
                 "Gamma does not return to zero on this branch.", remedy="Trace it to contact."
             )
-        i = int(turns[0]) + 1
-        spline, P = CubicSpline(self.A, gamma), CubicSpline(self.A, self.pressure_ratio)
-        return float(P(brentq(spline, self.A[i], self.A[i + 1], xtol=1e-13)))
+        return int(turns[0]) + 1
 
 
 def energies(branch: Branch) -> Energies:

@@ -133,3 +133,35 @@ def test_changes_of_stability_are_located() -> None:
     assert all(abs(c.tip_angles[0] - c.tip_angles[1]) < 1e-5 for c in changes)
     with pytest.raises(po.InvalidInput, match="branch of a rod"):
         po.stability_changes(po.trace(beta0=4, lam=(-1, 1), points=8))
+
+
+def test_changes_do_not_depend_on_the_points() -> None:
+    lists = [
+        po.stability_changes(po.trace(po.Rod.from_ratio(1.0), **options))
+        for options in ({"points": 15}, {"points": 60}, {})
+    ]
+    assert [c.before for c in lists[0]] == [
+        "index 1",
+        "stable",
+        "flutter",
+        "flutter even under drag",
+        "flutter",
+    ]
+    assert lists[0][-1].after == "stable"
+    for changes in lists:
+        assert [(c.before, c.after) for c in changes] == [(c.before, c.after) for c in lists[0]]
+        angles = np.array([c.tip_angles for c in changes])
+        assert np.abs(np.diff(angles, axis=1)).max() <= 1e-6
+        np.testing.assert_allclose(angles, [c.tip_angles for c in lists[0]], rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("points", [15, 60])
+def test_no_direction_is_claimed_from_an_eigenvalue_that_vanishes(points: int) -> None:
+    br = po.trace(po.Rod.from_ratio(1.0), points=points)
+    found = stability(br, len(br) - 1)
+    assert br.ended == "contact"
+    assert abs(found.eigenvalues[0]) < found.error
+    assert found.marginal
+    assert not found.stable
+    assert (found.index, found.determinant_sign) == (0, 0)
+    assert "marginal" in repr(found)
