@@ -249,21 +249,19 @@ def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
     """Return the `Equilibrium` at a point of a branch.
 
     Its error is that of alpha1 at its beta0 and lambda, of a rod that of p/T0 at its length: the
-    distance from the branch times what the answer makes of it, which has no bound at a fold.
+    distance from the branch times what the answer makes of it, which has no bound at a fold.  Its
+    ``tol`` is that of the trace, carried to the answer in the same way.
     """
     problem, x = discretised(branch, i)
-    beta0 = float(branch.beta0[i])
-    # The metric holds alpha1/(1 + beta0): what the trace was asked for, as an error of the answer.
     if branch.rod is None:
-        posed, size = Posed.at_groups(law_of(branch), beta0, float(branch.lam[i])), 1.0 + beta0
+        posed = Posed.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))
     else:
         posed = Posed.at_length(branch.rod, law_of(branch), float(branch.length_ratio[i]))
-        size = 2.0 * (1.0 + beta0) / beta0
     assert branch.solutions is not None  # or it would not be discretised
     response = _response(posed, problem, x, branch.solutions.tangents[i])
     stats = Stats(method=branch.solutions.transcription, unknowns=problem.size)
     solved = Answer(problem, x, float(branch.error[i]) * response, stats)
-    tol = float(branch.options.get("tol", 1e-8)) * size
+    tol = float(branch.options.get("tol", 1e-8)) * response
     return report(posed, str(branch.state[i]), solved, tol)
 
 

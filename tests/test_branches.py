@@ -414,8 +414,7 @@ def test_errors_of_equilibria_on_a_branch_are_those_at_their_groups(nodes: int) 
             assert abs(exact.alpha1 - eq.alpha1) <= eq.error + exact.error
             assert eq.error <= 5.0 * abs(exact.alpha1 - eq.alpha1) + 1e-12
     fold = branch.special("LP-lambda")[0]
-    assert branch[fold.index].error > 1e-2
-    assert not branch[fold.index].certified
+    assert branch[fold.index].error > 1e-2  # at that lambda alpha1 is hardly known
 
 
 def test_a_loaded_or_pickled_branch_keeps_its_flags() -> None:
