@@ -150,7 +150,8 @@ def test_branches_of_other_modes_keep_their_own_t():
     assert len([line for line in ax.lines if line.get_gid() == "mark:T"]) == 1
 
 
-def test_axes_are_taken_and_given_back_and_pyplot_is_not_touched(fixed):
+def test_axes_are_taken_and_given_back_and_pyplot_is_not_touched(fixed, monkeypatch):
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)  # a window may have been opened here
     figure = Figure()
     ax = figure.add_subplot()
     assert plot_branch(fixed, ax) is ax
