@@ -34,6 +34,7 @@ import difflib
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -98,6 +99,21 @@ class Card(Table):
             taken.add(name)
             named.append(name)
         return named
+
+    def pose(self) -> partial[Equilibrium]:
+        """Return the card's one question as a call that takes ``method`` and ``tol``.
+
+        Raises
+        ------
+        InvalidInput
+            If the card has not exactly one question.
+        """
+        if len(self.questions) != 1:
+            raise InvalidInput(
+                f"the card has {len(self.questions)} questions, not one.",
+                remedy="Pass card.questions[i].pose(card.problem).",
+            )
+        return self.questions[0].pose(self.problem)
 
     def ask(
         self, *, method: str | None = None, tol: float | None = None

@@ -13,10 +13,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from .answer import Method, as_method
-from .cards import Card
 from .checks import listed, positive, whole
 from .errors import InvalidInput, NotConverged, PeelOptError
 from .peers import BvpPeer
@@ -143,8 +142,15 @@ class WorkPrecision:
         return "\n".join(lines)
 
 
+class Poses(Protocol):
+    """Something that holds one question, a card say, and makes a call of it."""
+
+    def pose(self) -> Callable[..., Equilibrium]:
+        """Return a call that takes ``method`` and ``tol``."""
+
+
 def tradeoff(
-    problem: Callable[..., Equilibrium] | Card,
+    problem: Callable[..., Equilibrium] | Poses,
     methods: Sequence[str | Method | Transcription] = ("series", "spectral", "collocation", "shooting", PEER),
     tols: Sequence[float] = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
     *,
@@ -212,19 +218,14 @@ def _shown(runs: list[tuple[Any, float]]) -> Any:
 _Outcome = tuple[float, dict[str, Any]]
 
 
-def _question(problem: Callable[..., Equilibrium] | Card) -> Callable[..., Equilibrium]:
-    if not isinstance(problem, Card):
-        if not callable(problem):
-            raise InvalidInput(
-                f"a problem is a Card or a call that takes method and tol, got {problem!r:.60}."
-            )
+def _question(problem: Callable[..., Equilibrium] | Poses) -> Callable[..., Equilibrium]:
+    if callable(problem):
         return problem
-    if len(problem.questions) != 1:
-        raise InvalidInput(
-            f"the card has {len(problem.questions)} questions, not one.",
-            remedy="Pass card.questions[i].pose(card.problem).",
-        )
-    return problem.questions[0].pose(problem.problem)
+    pose = getattr(problem, "pose", None)
+    if pose is None:
+        raise InvalidInput(f"a problem is a Card or a call that takes method and tol, got {problem!r:.60}.")
+    posed: Callable[..., Equilibrium] = pose()
+    return posed
 
 
 def _own_run(
