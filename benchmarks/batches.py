@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 import peel_opt as po
-from peel_opt.peers import BvpPeer
-from peel_opt.work_precision import REFERENCE
+from peel_opt.studies.tradeoff.peers import BvpPeer
+from peel_opt.studies.tradeoff.run import REFERENCE
 
 from .figures import Figure, alternating
 from .single_answers import ACCURACY, kernel_start, peer_at, peer_from

@@ -20,11 +20,11 @@ from itertools import count
 import numpy as np
 from bokeh.document import Document
 
-from peel_opt.explorer.curves import traced
-from peel_opt.explorer.page import Page
-from peel_opt.explorer.scene import Scene, full_scene
-from peel_opt.explorer.server import warm_up
-from peel_opt.explorer.state import CHOICES, State
+from peel_opt.app.explorer.curves import traced
+from peel_opt.app.explorer.page import Page
+from peel_opt.app.explorer.screen import Scene, full_scene
+from peel_opt.app.explorer.server import warm_up
+from peel_opt.app.explorer.state import CHOICES, State
 
 #: Median time of a picture that still feels linked [s].
 TARGET = 0.05

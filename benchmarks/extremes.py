@@ -21,9 +21,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: threads only dist
 
 import numpy as np
 
-from peel_opt.figures.method_map import draw, scan_groups, scan_rods, scan_transition
-from peel_opt.method_scan import METHODS, Compared
 from peel_opt.plots import save_figure
+from peel_opt.plots.figures.method_map import draw, scan_groups, scan_rods, scan_transition
+from peel_opt.studies.tradeoff.scan import METHODS, Compared
 
 DOCS = Path(__file__).parent.parent / "docs"
 PICTURE, PAGE = DOCS / "img" / "method_map.png", DOCS / "extremes.md"

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure as Canvas
 
 import peel_opt as po
-from peel_opt.work_precision import tradeoff
+from peel_opt.studies.tradeoff.run import tradeoff
 
 SCENES = {
     "near the transition: r = 1, P = 1 - 1e-6": partial(

@@ -7,16 +7,16 @@ from functools import partial
 import numpy as np
 
 import peel_opt as po
-from peel_opt import nlp
-from peel_opt.answer import METHODS
-from peel_opt.closures import Closure
-from peel_opt.cohesion import LINEAR
-from peel_opt.elastica import Scalars, kernel
-from peel_opt.errors import NotConverged
-from peel_opt.newton import correct
-from peel_opt.peers import BvpPeer
-from peel_opt.transcription.base import PROFILE_POINTS, Profile, chebyshev
-from peel_opt.work_precision import REFERENCE
+from peel_opt.base.errors import NotConverged
+from peel_opt.equilibria.methods import METHODS
+from peel_opt.model.bond import LINEAR
+from peel_opt.model.equations import Scalars, kernel
+from peel_opt.residual import programme as nlp
+from peel_opt.residual.closures import Closure
+from peel_opt.residual.discretisation import PROFILE_POINTS, Profile, chebyshev
+from peel_opt.residual.newton import correct
+from peel_opt.studies.tradeoff.peers import BvpPeer
+from peel_opt.studies.tradeoff.run import REFERENCE
 
 from .figures import Figure, alternating, milliseconds
 

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import peel_opt as po
-from peel_opt.primary import primary_branch
-from peel_opt.sweep_workers import cores
+from peel_opt.continuation.primary import primary_branch
+from peel_opt.studies.sweep.workers import cores
 
 from .figures import Figure
 

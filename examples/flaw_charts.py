@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import peel_opt as po
-from peel_opt.cards import Card, load_any, load_card
+from peel_opt.app.cards import Card, load_any, load_card
 from peel_opt.plots import plot_flaw_chart, save_figure
 
 CARDS = Path(__file__).parent.parent / "problems"

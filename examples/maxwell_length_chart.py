@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.design_relations import LEAST_RATIO, maxwell_exponent
+from peel_opt.analysis.design_relations import LEAST_RATIO, maxwell_exponent
 from peel_opt.plots import save_figure
 
 RATIOS = np.geomspace(0.05, 1000.0, 87)  # eta/y0

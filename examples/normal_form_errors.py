@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import peel_opt as po
+from peel_opt.model.series import uniform_series
 from peel_opt.plots import save_figure
-from peel_opt.series import uniform_series
 
 BETA0 = (1.0, 2.0, 4.0, 10.0, 20.0)
 ORDERS = (1, 2, 3, 6, 12, 24, 40)

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from .answer import Method
-    from .branch import Branch
-    from .branch_parts import SpecialPoint
-    from .calibration_data import MeasuredShape, Measurements
-    from .calibration_files import read_measurements, read_shape
-    from .calibration_fit import calibrate
-    from .calibration_result import Calibration
-    from .cohesion import CohesiveLaw
-    from .design_relations import maxwell_length
-    from .design_targets import Target
-    from .detachment import equilibrium, length_given_pressure, pressure_given_length
-    from .errors import (
+    from .analysis.branch_potential import branch_potential
+    from .analysis.design_relations import maxwell_length
+    from .analysis.energies import energies
+    from .analysis.flaws import critical_flaw, readhesion_pressure, safe_pressure
+    from .analysis.loops import hysteresis
+    from .analysis.maxwell import maxwell_curve
+    from .analysis.normal_form import NormalForm
+    from .analysis.reduction import lyapunov_schmidt
+    from .analysis.sensitivities import Sensitivities, sensitivities
+    from .analysis.stability import Stability, control_table, stability
+    from .analysis.stability_along import stability_changes
+    from .base.errors import (
         AmbiguousState,
         AtFold,
         CardError,
@@ -32,100 +32,100 @@ if TYPE_CHECKING:
         PeelOptError,
         WorkersLost,
     )
-    from .flaws import critical_flaw, readhesion_pressure, safe_pressure
-    from .fold_curves import FoldCurve, fold_curve
-    from .fold_optimum import least_lambda
-    from .following import Walk, follow
-    from .hysteresis_loops import hysteresis
-    from .implicit_derivatives import Sensitivities, sensitivities
-    from .inverse_design import Design, design
-    from .landau import NormalForm
-    from .many_states import equilibria
-    from .maxwell_points import maxwell_curve
-    from .named_laws import exponential, trapezoidal
-    from .nlp import Ipopt
-    from .propagation import uncertainty
-    from .propagation_result import Uncertainty
-    from .reduction import lyapunov_schmidt
-    from .result import Equilibrium
-    from .rod import Rod
-    from .small_motions import Stability, control_table, stability
-    from .stability_along import stability_changes
-    from .sweep_table import Sweep
-    from .sweeping import sweep
-    from .traced_potential import branch_potential
-    from .tracing import trace
-    from .transcription import Collocation, Shooting, Spectral
-    from .work_balance import energies
-    from .work_precision import WorkPrecision, tradeoff
+    from .equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
+    from .equilibria.branch import Branch
+    from .equilibria.branch_parts import SpecialPoint
+    from .equilibria.every import equilibria
+    from .equilibria.fold_curve import FoldCurve, fold_curve
+    from .equilibria.fold_optimum import least_lambda
+    from .equilibria.follow import Walk, follow
+    from .equilibria.methods import Method
+    from .equilibria.result import Equilibrium
+    from .equilibria.trace import trace
+    from .model.bond import CohesiveLaw
+    from .model.named_laws import exponential, trapezoidal
+    from .model.rod import Rod
+    from .residual.programme import Ipopt
+    from .residual.transcriptions import Collocation, Shooting, Spectral
+    from .studies.calibrate.data import MeasuredShape, Measurements
+    from .studies.calibrate.files import read_measurements, read_shape
+    from .studies.calibrate.fit import calibrate
+    from .studies.calibrate.result import Calibration
+    from .studies.design.run import Design, design
+    from .studies.design.targets import Target
+    from .studies.sweep.run import sweep
+    from .studies.sweep.table import Sweep
+    from .studies.tradeoff.run import WorkPrecision, tradeoff
+    from .studies.uncertainty.result import Uncertainty
+    from .studies.uncertainty.run import uncertainty
 
 #: Where each public name lives; imported when first used, so that ``import peel_opt`` is free.
 _HOMES = {
-    "Rod": "rod",
-    "CohesiveLaw": "cohesion",
-    "exponential": "named_laws",
-    "trapezoidal": "named_laws",
-    "Equilibrium": "result",
-    "pressure_given_length": "detachment",
-    "length_given_pressure": "detachment",
-    "equilibrium": "detachment",
-    "Collocation": "transcription",
-    "Shooting": "transcription",
-    "Spectral": "transcription",
-    "Method": "answer",
-    "trace": "tracing",
-    "tradeoff": "work_precision",
-    "WorkPrecision": "work_precision",
-    "stability": "small_motions",
-    "control_table": "small_motions",
-    "stability_changes": "stability_along",
-    "Stability": "small_motions",
-    "energies": "work_balance",
-    "critical_flaw": "flaws",
-    "safe_pressure": "flaws",
-    "readhesion_pressure": "flaws",
-    "fold_curve": "fold_curves",
-    "FoldCurve": "fold_curves",
-    "least_lambda": "fold_optimum",
-    "follow": "following",
-    "Walk": "following",
-    "equilibria": "many_states",
-    "Branch": "branch",
-    "SpecialPoint": "branch_parts",
-    "lyapunov_schmidt": "reduction",
-    "NormalForm": "landau",
-    "branch_potential": "traced_potential",
-    "maxwell_curve": "maxwell_points",
-    "maxwell_length": "design_relations",
-    "hysteresis": "hysteresis_loops",
-    "design": "inverse_design",
-    "Design": "inverse_design",
-    "Target": "design_targets",
-    "Sensitivities": "implicit_derivatives",
-    "sensitivities": "implicit_derivatives",
-    "Ipopt": "nlp",
-    "calibrate": "calibration_fit",
-    "Calibration": "calibration_result",
-    "Measurements": "calibration_data",
-    "MeasuredShape": "calibration_data",
-    "read_measurements": "calibration_files",
-    "read_shape": "calibration_files",
-    "PeelOptError": "errors",
-    "InvalidInput": "errors",
-    "CardError": "errors",
-    "NoEquilibrium": "errors",
-    "AmbiguousState": "errors",
-    "NotConverged": "errors",
-    "NotCertified": "errors",
-    "AtFold": "errors",
-    "Infeasible": "errors",
-    "OutOfRange": "errors",
-    "WorkersLost": "errors",
-    "sweep": "sweeping",
-    "Sweep": "sweep_table",
-    "uncertainty": "propagation",
-    "Uncertainty": "propagation_result",
-    "MissingExtra": "errors",
+    "Rod": "model.rod",
+    "CohesiveLaw": "model.bond",
+    "exponential": "model.named_laws",
+    "trapezoidal": "model.named_laws",
+    "Equilibrium": "equilibria.result",
+    "pressure_given_length": "equilibria.ask",
+    "length_given_pressure": "equilibria.ask",
+    "equilibrium": "equilibria.ask",
+    "Collocation": "residual.transcriptions",
+    "Shooting": "residual.transcriptions",
+    "Spectral": "residual.transcriptions",
+    "Method": "equilibria.methods",
+    "trace": "equilibria.trace",
+    "tradeoff": "studies.tradeoff.run",
+    "WorkPrecision": "studies.tradeoff.run",
+    "stability": "analysis.stability",
+    "control_table": "analysis.stability",
+    "stability_changes": "analysis.stability_along",
+    "Stability": "analysis.stability",
+    "energies": "analysis.energies",
+    "critical_flaw": "analysis.flaws",
+    "safe_pressure": "analysis.flaws",
+    "readhesion_pressure": "analysis.flaws",
+    "fold_curve": "equilibria.fold_curve",
+    "FoldCurve": "equilibria.fold_curve",
+    "least_lambda": "equilibria.fold_optimum",
+    "follow": "equilibria.follow",
+    "Walk": "equilibria.follow",
+    "equilibria": "equilibria.every",
+    "Branch": "equilibria.branch",
+    "SpecialPoint": "equilibria.branch_parts",
+    "lyapunov_schmidt": "analysis.reduction",
+    "NormalForm": "analysis.normal_form",
+    "branch_potential": "analysis.branch_potential",
+    "maxwell_curve": "analysis.maxwell",
+    "maxwell_length": "analysis.design_relations",
+    "hysteresis": "analysis.loops",
+    "design": "studies.design.run",
+    "Design": "studies.design.run",
+    "Target": "studies.design.targets",
+    "Sensitivities": "analysis.sensitivities",
+    "sensitivities": "analysis.sensitivities",
+    "Ipopt": "residual.programme",
+    "calibrate": "studies.calibrate.fit",
+    "Calibration": "studies.calibrate.result",
+    "Measurements": "studies.calibrate.data",
+    "MeasuredShape": "studies.calibrate.data",
+    "read_measurements": "studies.calibrate.files",
+    "read_shape": "studies.calibrate.files",
+    "PeelOptError": "base.errors",
+    "InvalidInput": "base.errors",
+    "CardError": "base.errors",
+    "NoEquilibrium": "base.errors",
+    "AmbiguousState": "base.errors",
+    "NotConverged": "base.errors",
+    "NotCertified": "base.errors",
+    "AtFold": "base.errors",
+    "Infeasible": "base.errors",
+    "OutOfRange": "base.errors",
+    "WorkersLost": "base.errors",
+    "sweep": "studies.sweep.run",
+    "Sweep": "studies.sweep.table",
+    "uncertainty": "studies.uncertainty.run",
+    "Uncertainty": "studies.uncertainty.result",
+    "MissingExtra": "base.errors",
 }
 
 __all__ = [

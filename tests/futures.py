@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 
-from peel_opt.explorer.scene import Scene
+from peel_opt.app.explorer.screen import Scene
 
 
 def at_once(work: Callable[[], Scene]) -> Future[Scene]:

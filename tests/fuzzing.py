@@ -18,8 +18,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from peel_opt.cli import main
-from peel_opt.errors import PeelOptError
+from peel_opt.app.cli.main import main
+from peel_opt.base.errors import PeelOptError
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt import continuation
-from peel_opt.arclength import chart
-from peel_opt.batches import filled, point_errors
-from peel_opt.closures import Closure, Plane
-from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.continuation import Family, StepControl
-from peel_opt.named_laws import exponential
-from peel_opt.phases import fits
-from peel_opt.points import Point
-from peel_opt.primary import PrimaryBranch
-from peel_opt.transcription import Shooting, Spectral
-from peel_opt.transcription.base import Phases, Profile
+from peel_opt.continuation import family as continuation
+from peel_opt.continuation.family import Family, StepControl
+from peel_opt.continuation.fill import filled, point_errors
+from peel_opt.continuation.points import Point
+from peel_opt.continuation.primary import PrimaryBranch
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.model.named_laws import exponential
+from peel_opt.residual.arclength import chart
+from peel_opt.residual.closures import Closure, Plane
+from peel_opt.residual.discretisation import Phases, Profile
+from peel_opt.residual.phases import fits
+from peel_opt.residual.transcriptions import Shooting, Spectral
 
 
 def walk(family: Family, until: float, side: int = 1) -> list[Point]:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt import branch_files
-from peel_opt.assembly import law_of
-from peel_opt.branch import COLUMNS, Branch
-from peel_opt.branch_parts import Solutions
-from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.named_laws import exponential
+from peel_opt.equilibria import branch_files
+from peel_opt.equilibria.assembly import law_of
+from peel_opt.equilibria.branch import COLUMNS, Branch
+from peel_opt.equilibria.branch_parts import Solutions
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.model.named_laws import exponential
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.arclength import chart
-from peel_opt.closures import Closure
-from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.continuation import Family, StepControl, transition
-from peel_opt.points import Point
-from peel_opt.primary import PrimaryBranch
-from peel_opt.transcription import Shooting, Spectral
+from peel_opt.continuation.family import Family, StepControl, transition
+from peel_opt.continuation.points import Point
+from peel_opt.continuation.primary import PrimaryBranch
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.residual.arclength import chart
+from peel_opt.residual.closures import Closure
+from peel_opt.residual.transcriptions import Shooting, Spectral
 
 from . import oracle
 from .registry import REFERENCES, Reference

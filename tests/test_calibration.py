@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.calibration_blocks import block
-from peel_opt.calibration_data import Observation, observations
-from peel_opt.calibration_problem import Placed, Problem, watched
-from peel_opt.calibration_programme import Solver
-from peel_opt.calibration_report import intervals_of
-from peel_opt.calibration_start import projected
+from peel_opt.app.calibration_report import intervals_of
+from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
-from peel_opt.rod import MATERIAL
+from peel_opt.studies.calibrate.blocks import block
+from peel_opt.studies.calibrate.data import Observation, observations
+from peel_opt.studies.calibrate.problem import Placed, Problem, watched
+from peel_opt.studies.calibrate.programme import Solver
+from peel_opt.studies.calibrate.start import projected
 
 TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 K, T0, Y0 = MATERIAL
@@ -309,7 +309,7 @@ def test_states_are_confirmed_without_looking_on_other_branches(monkeypatch: pyt
     def walk(*_: object) -> list[object]:
         raise AssertionError("looked for states off the branch")
 
-    monkeypatch.setattr("peel_opt.question.states_near", walk)
+    monkeypatch.setattr("peel_opt.equilibria.question.states_near", walk)
     lengths, p = states(TRUTH, PLACES[2:])
     fit = po.calibrate(po.Measurements(lengths, p, pressure_sd=500.0), free=(T0, Y0), rod=start((T0, Y0)))
     assert {eq.state for eq in fit.equilibria} == {"middle", "lower"}

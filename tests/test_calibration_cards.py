@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.calibration_cards import load_calibration
-from peel_opt.cards import load_card
-from peel_opt.cli import main
+from peel_opt.app.calibration_cards import load_calibration
+from peel_opt.app.cards import load_card
+from peel_opt.app.cli.main import main
 
 ROOT = Path(__file__).parents[1]
 FLAP = ROOT / "problems" / "calibrate_flap.toml"

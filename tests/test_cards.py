@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from peel_opt.cards import is_calibration, load_card, read_card
-from peel_opt.errors import CardError, NoEquilibrium, PeelOptError
-from peel_opt.result import Equilibrium
+from peel_opt.app.cards import is_calibration, load_card, read_card
+from peel_opt.base.errors import CardError, NoEquilibrium, PeelOptError
+from peel_opt.equilibria.result import Equilibrium
 
 PROBLEMS = sorted(
     path

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from peel_opt import Equilibrium, __version__, cli
-from peel_opt.cli import main
-from peel_opt.method_scan import METHODS
-from peel_opt.report import slug
+from peel_opt import Equilibrium, __version__
+from peel_opt.app.cli import main as cli
+from peel_opt.app.cli.main import main
+from peel_opt.app.report import slug
+from peel_opt.studies.tradeoff.scan import METHODS
 
 ROOT = Path(__file__).parents[1]
 AORTA = str(ROOT / "problems" / "aortic_flap.toml")
@@ -232,7 +233,7 @@ def test_ctrl_c_is_code_130(call, monkeypatch):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("peel_opt.cards.Card.ask", interrupt)
+    monkeypatch.setattr("peel_opt.app.cards.Card.ask", interrupt)
     assert call("run", AORTA) == (130, "", "peel-opt: interrupted\n")
 
 
@@ -241,7 +242,7 @@ def test_ctrl_c_is_code_130(call, monkeypatch):
 
 def test_help_and_version_import_nothing_heavy():
     code = (
-        "import sys; from peel_opt.cli import main\n"
+        "import sys; from peel_opt.app.cli.main import main\n"
         "codes = [main(['--help']), main(['run', '--help']), main(['--version'])]\n"
         "heavy = {'numpy', 'casadi', 'scipy', 'pint', 'pydantic', 'matplotlib', 'tqdm'}\n"
         "sys.exit(any(codes) or bool(heavy & set(sys.modules)))"
@@ -290,7 +291,7 @@ def test_the_commands_over_many_rods_print_nothing_but_their_result(call, tmp_pa
 
 
 def test_where_no_sample_has_an_answer_the_code_says_so(call, monkeypatch):
-    from peel_opt import propagation
+    from peel_opt.studies.uncertainty import run as propagation
 
     def none(rod, drawn, *_):
         count = len(drawn.inputs)

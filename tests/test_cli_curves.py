@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.cli import main
+from peel_opt.app.cli.main import main
 
 REAL_ROD = ["--k", "23 uN m", "--T0", "140 kPa", "--y0", "0.73 mm"]
 
@@ -117,7 +117,7 @@ def test_what_cannot_be_swept_is_said(arguments, code, words, capsys):
 
 
 def test_a_branch_that_stalls_is_not_a_whole_one(capsys, monkeypatch):
-    from peel_opt import tracing
+    from peel_opt.equilibria import trace as tracing
 
     branch = tracing.trace(beta0=4.0, lam=(-1.0, 1.0), points=8)
     for ended, code in (("window", 0), ("stalled", 1)):

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from peel_opt.cohesion import COHESIVE, LINEAR, CohesiveLaw
-from peel_opt.elastica import Scalars
-from peel_opt.errors import InvalidInput, NoEquilibrium
-from peel_opt.named_laws import exponential, trapezoidal
+from peel_opt.base.errors import InvalidInput, NoEquilibrium
+from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
+from peel_opt.model.equations import Scalars
+from peel_opt.model.named_laws import exponential, trapezoidal
 
 #: tau = (1 - u/2)^2 up to u = 2, then nothing: a curved law with a kink, given by its traction alone.
 CURVED = CohesiveLaw((lambda u: (1.0 - 0.5 * u) ** 2, lambda u: 0.0 * u), kinks=(2.0,), name="curved")

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.closures import Closure
-from peel_opt.cohesion import COHESIVE, LINEAR, CohesiveLaw
-from peel_opt.named_laws import exponential
-from peel_opt.newton import correct
-from peel_opt.phases import layout
-from peel_opt.primary import primary_branch
-from peel_opt.transcription import Collocation, Shooting, Spectral
-from peel_opt.transcription.mesh import QUANTUM
+from peel_opt.continuation.primary import primary_branch
+from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
+from peel_opt.model.named_laws import exponential
+from peel_opt.residual.closures import Closure
+from peel_opt.residual.mesh import QUANTUM
+from peel_opt.residual.newton import correct
+from peel_opt.residual.phases import layout
+from peel_opt.residual.transcriptions import Collocation, Shooting, Spectral
 
 from .test_transcription import ALPHA1, GROUPS, start
 

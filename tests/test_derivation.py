@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from peel_opt import elastica
-from peel_opt.cohesion import COHESIVE, LINEAR, CohesiveLaw
+from peel_opt.model import equations as elastica
+from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
 
 PI, PI4 = math.pi, math.pi**4
 XI = np.linspace(0.0, 1.0, 41)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import peel_opt
-from peel_opt import figures
+from peel_opt.plots import figures
 
 DOCS = Path(__file__).parent.parent / "docs"
 

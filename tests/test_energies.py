@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.flaws import critical_flaw, readhesion_pressure, safe_pressure
-from peel_opt.work_balance import energies
+from peel_opt.analysis.energies import energies
+from peel_opt.analysis.flaws import critical_flaw, readhesion_pressure, safe_pressure
 
 
 @pytest.fixture(scope="module")

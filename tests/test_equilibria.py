@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.closures import Closure
-from peel_opt.cohesion import COHESIVE
-from peel_opt.primary import primary_branch
+from peel_opt.continuation.primary import primary_branch
+from peel_opt.model.bond import COHESIVE
+from peel_opt.residual.closures import Closure
 
 from .asking import ask
 from .registry import DISCONNECTED, REFERENCES, Reference

@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 import pytest
 
 import peel_opt as po
-from peel_opt.cards import load_card
+from peel_opt.app.cards import load_card
 
 FLAGS = (
     "--headless=new",
@@ -45,7 +45,7 @@ def _missing(reason: str) -> None:
 @pytest.fixture(scope="module")
 def server_url() -> Iterator[str]:
     pytest.importorskip("bokeh")
-    from peel_opt.explorer.server import make_server, warm_up
+    from peel_opt.app.explorer.server import make_server, warm_up
 
     found: dict[str, Any] = {}
     up = threading.Event()

@@ -16,11 +16,11 @@ import pytest
 pytest.importorskip("bokeh", reason="a page needs the extra 'explore'")
 
 import peel_opt as po
-from peel_opt.cli import main
-from peel_opt.explorer import export, precomputed
-from peel_opt.explorer.export import write_page
-from peel_opt.explorer.precomputed import places, relatives, solved
-from peel_opt.explorer.state import State
+from peel_opt.app.cli.main import main
+from peel_opt.app.explorer import export, precomputed
+from peel_opt.app.explorer.export import write_page
+from peel_opt.app.explorer.precomputed import places, relatives, solved
+from peel_opt.app.explorer.state import State
 
 from . import test_explorer_browser as live
 
@@ -122,8 +122,8 @@ def test_the_same_problem_gives_the_same_bytes(page: Path, tmp_path: Path) -> No
     again = write_page(tmp_path / "again.html", START, values=[8.0], points=12)
     assert again.read_bytes() == page.read_bytes()
     code = (
-        "import sys; from peel_opt.explorer.export import write_page;"
-        "from peel_opt.explorer.state import State;"
+        "import sys; from peel_opt.app.explorer.export import write_page;"
+        "from peel_opt.app.explorer.state import State;"
         "write_page(sys.argv[1], State(lam=-0.2), values=[8.0], points=12)"
     )
     # Ids have not been counted there yet, and strings hash differently.

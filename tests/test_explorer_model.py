@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 import peel_opt as po
-from peel_opt.arclength import chart
-from peel_opt.cards import load_card
-from peel_opt.closures import Plane
-from peel_opt.cohesion import COHESIVE, LINEAR
-from peel_opt.explorer.answers import full_answer
-from peel_opt.explorer.curves import window
-from peel_opt.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
-from peel_opt.explorer.scene import full_scene, live_scene
-from peel_opt.explorer.state import CHOICES, State
-from peel_opt.explorer.state_cards import from_card, to_card
-from peel_opt.explorer.tables import COLUMNS, scene_csv
+from peel_opt.app.cards import load_card
+from peel_opt.app.explorer.answers import full_answer
+from peel_opt.app.explorer.curves import window
+from peel_opt.app.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
+from peel_opt.app.explorer.screen import full_scene, live_scene
+from peel_opt.app.explorer.state import CHOICES, State
+from peel_opt.app.explorer.state_cards import from_card, to_card
+from peel_opt.app.explorer.tables import COLUMNS, scene_csv
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.residual.arclength import chart
+from peel_opt.residual.closures import Plane
 
 #: Cards that ask for an equilibrium.
 PROBLEMS = [

@@ -22,13 +22,13 @@ from bokeh.document import Document
 from bokeh.server.callbacks import PeriodicCallback
 
 import peel_opt as po
-from peel_opt.cards import load_card
-from peel_opt.cli import main
-from peel_opt.explorer import page as page_module
-from peel_opt.explorer.page import Page
-from peel_opt.explorer.scene import Scene
-from peel_opt.explorer.server import make_server, open_page
-from peel_opt.explorer.state import CHOICES, State
+from peel_opt.app.cards import load_card
+from peel_opt.app.cli.main import main
+from peel_opt.app.explorer import page as page_module
+from peel_opt.app.explorer.page import Page
+from peel_opt.app.explorer.screen import Scene
+from peel_opt.app.explorer.server import make_server, open_page
+from peel_opt.app.explorer.state import CHOICES, State
 
 from .futures import at_once
 
@@ -407,7 +407,7 @@ def test_wrong_options_are_wrong_input(options: list[str], capsys: pytest.Captur
 def test_serving_says_where_and_ends_when_interrupted(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from peel_opt.explorer import server as module
+    from peel_opt.app.explorer import server as module
 
     class Loop:
         def start(self) -> None:

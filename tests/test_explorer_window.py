@@ -17,13 +17,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.cards import load_card
-from peel_opt.cli import main
-from peel_opt.explorer.scene import Scene
-from peel_opt.explorer.state import CHOICES, State
-from peel_opt.explorer.state_cards import from_card
-from peel_opt.explorer.window import DPI, LOOKED_FOR, RESTED, SIZE, Window, show
-from peel_opt.explorer.window_controls import RADIOS
+from peel_opt.app.cards import load_card
+from peel_opt.app.cli.main import main
+from peel_opt.app.explorer.screen import Scene
+from peel_opt.app.explorer.state import CHOICES, State
+from peel_opt.app.explorer.state_cards import from_card
+from peel_opt.app.explorer.window import DPI, LOOKED_FOR, RESTED, SIZE, Window, show
+from peel_opt.app.explorer.window_controls import RADIOS
 
 from .futures import at_once
 
@@ -262,6 +262,6 @@ def test_a_toolkit_without_its_display_is_one_line_too() -> None:
 
 
 def test_the_window_needs_no_bokeh() -> None:
-    code = "import sys, peel_opt.explorer.window as w; print('bokeh' in sys.modules)"
+    code = "import sys, peel_opt.app.explorer.window as w; print('bokeh' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

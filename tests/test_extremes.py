@@ -15,9 +15,9 @@ import pytest
 
 import benchmarks.extremes as bench
 import peel_opt as po
-from peel_opt.cards import is_calibration, load_card, read_card
-from peel_opt.figures import method_map
-from peel_opt.method_scan import METHODS, Attempt, Compared, compare
+from peel_opt.app.cards import is_calibration, load_card, read_card
+from peel_opt.plots.figures import method_map
+from peel_opt.studies.tradeoff.scan import METHODS, Attempt, Compared, compare
 
 from . import oracle
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt import figures
-from peel_opt.cli import main
-from peel_opt.cli_curves import NAMES
-from peel_opt.figures import rod_shapes, three_kinds, work_precision
-from peel_opt.figures.minimum_pressure import minimum_pressure, slender
-from peel_opt.figures.pressure_profiles import linear_profile
+from peel_opt.app.cli.curves import NAMES
+from peel_opt.app.cli.main import main
+from peel_opt.plots import figures
+from peel_opt.plots.figures import rod_shapes, three_kinds, work_precision
+from peel_opt.plots.figures.minimum_pressure import minimum_pressure, slender
+from peel_opt.plots.figures.pressure_profiles import linear_profile
 
 #: Fewer than look good, as many as the numbers in the figures need.
 POINTS = 16

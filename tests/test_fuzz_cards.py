@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 from hypothesis import strategies as st
 
-from peel_opt.calibration_cards import CalibrationCard, load_calibration
-from peel_opt.calibration_files import read_measurements, read_shape
-from peel_opt.cards import load_any, load_card
-from peel_opt.errors import CardError, InvalidInput, PeelOptError
-from peel_opt.propagation_inputs import middle, split
-from peel_opt.quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
-from peel_opt.sweep_ranges import parse_range
+from peel_opt.app.calibration_cards import CalibrationCard, load_calibration
+from peel_opt.app.cards import load_any, load_card
+from peel_opt.base.errors import CardError, InvalidInput, PeelOptError
+from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
+from peel_opt.studies.calibrate.files import read_measurements, read_shape
+from peel_opt.studies.sweep.ranges import parse_range
+from peel_opt.studies.uncertainty.inputs import middle, split
 
 from .fuzzing import NUMERALS, PROBLEMS, TEXTS, UNITS, WILD, examples, hammer, typed
 

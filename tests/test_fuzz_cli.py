@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import pytest
 from hypothesis import strategies as st
 
-from peel_opt import cli
+from peel_opt.app.cli import main as cli
 
 from .fuzzing import PROBLEMS, TEXTS, command, examples, hammer
 
@@ -158,7 +158,7 @@ def argument_lists(draw: st.DrawFn, name: str) -> list[str]:
 @pytest.fixture
 def no_server(monkeypatch):
     """Keep the explorer from serving: the address it would have is enough."""
-    from peel_opt.explorer import server
+    from peel_opt.app.explorer import server
 
     def serve(state, *, port, browser, ready):
         ready("http://127.0.0.1:0")

@@ -19,7 +19,9 @@ import pytest
 from hypothesis import strategies as st
 
 import peel_opt as po
-from peel_opt import Branch, Equilibrium, Sweep, branch_files, sweep_files
+from peel_opt import Branch, Equilibrium, Sweep
+from peel_opt.equilibria import branch_files
+from peel_opt.studies.sweep import files as sweep_files
 
 from .fuzzing import examples, hammer, typed
 

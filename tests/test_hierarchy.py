@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peel_opt.errors import InvalidInput, NoEquilibrium, OutOfRange
-from peel_opt.reduction import lyapunov_schmidt
-from peel_opt.series import MAX_ORDER, uniform_series
+from peel_opt.analysis.reduction import lyapunov_schmidt
+from peel_opt.base.errors import InvalidInput, NoEquilibrium, OutOfRange
+from peel_opt.model.series import MAX_ORDER, uniform_series
 
 SLOPE_AT_T = 1 / math.pi**2 - 2 * (math.cosh(math.pi) - 7) / (5 * math.pi**3 * math.sinh(math.pi))
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.closures import Closure
-from peel_opt.cohesion import COHESIVE
-from peel_opt.primary import primary_branch
-from peel_opt.rod import RATIOS
+from peel_opt.continuation.primary import primary_branch
+from peel_opt.model.bond import COHESIVE
+from peel_opt.model.rod import RATIOS
+from peel_opt.residual.closures import Closure
 
 METHODS = ("auto", "collocation", "shooting", "spectral", "series")
 

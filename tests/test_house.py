@@ -9,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -19,27 +18,9 @@ import peel_opt
 
 ROOT = Path(peel_opt.__file__).parent
 
-#: The floors from the ground up.  When a module is imported it may import from its own floor and
-#: from those below; an import inside a function (a picture of a branch, say) may go up.
-FLOORS = {
-    "ground": "errors checks arrays blas gauss roots files quantities transcription.compiled",
-    "rod and law": "rod cohesion named_laws",
-    "model": "elastica arclength closures linear_operator nonlinear_part hierarchy series series_curve",
-    "transcriptions": "transcription transcription.* phases shape tip_scan",
-    "solvers": "newton nlp rounding",
-    "walks": "points continuation batches specials primary isobars fold_system",
-    "answers": "result posed closed_form answer certify question many_states detachment storage",
-    "branches": "branch branch_parts assembly tracing following fold_curves fold_optimum branch_files",
-    "readings": "reduction reduced_diagram effective_potential traced_potential normal_form_fit landau"
-    " maxwell_points design_relations lambda_loop pressure_loop hysteresis_loops small_motions"
-    " stability_along work_balance flaws solution_surface maxwell_derivative limit_derivatives"
-    " implicit_derivatives",
-    "studies": "cards card_tables peers method_scan work_precision calibration_* design_* inverse_design"
-    " sweep_* sweeping propagation propagation_*",
-    "pictures": "plots plots.*",
-    "faces": "report branch_report loop_report work_report calibration_report figures figures.* explorer"
-    " explorer.* cli cli_* __main__",
-}
+#: The rooms in the order of the sentence "a model, made a residual, is walked as branches, answers
+#: questions, is read, studied, drawn and shown".  A module imports from its own room and those before.
+ROOMS = ["base", "model", "residual", "continuation", "equilibria", "analysis", "studies", "plots", "app"]
 
 #: Longest a module may be before it is looked at for a second idea.
 LONGEST = 330
@@ -101,7 +82,7 @@ class Module:
 
 
 MODULES = [Module(path) for path in sorted(ROOT.rglob("*.py"))]
-INSIDE = [module for module in MODULES if module.name]
+INSIDE = [module for module in MODULES if module.name not in ("", "__main__")]
 
 
 @lru_cache
@@ -109,13 +90,9 @@ def names() -> frozenset[str]:
     return frozenset(module.name for module in MODULES)
 
 
-def floor(name: str) -> int:
-    """Number of the floor of a module: an exact name counts before a pattern."""
-    for exact in (True, False):
-        for number, members in enumerate(FLOORS.values()):
-            if any(name == m if exact else fnmatch(name, m) for m in members.split()):
-                return number
-    pytest.fail(f"put {name!r} on a floor of the table in {Path(__file__).name}")
+def room(name: str) -> int:
+    """Number of the room a module stands in."""
+    return ROOMS.index(name.split(".", maxsplit=1)[0])
 
 
 def each(modules: list[Module]) -> pytest.MarkDecorator:
@@ -126,15 +103,13 @@ def each(modules: list[Module]) -> pytest.MarkDecorator:
 
 
 @each(INSIDE)
-def test_no_module_imports_from_a_higher_floor(module: Module) -> None:
-    above = {name for name in module.imports() if floor(name) > floor(module.name)}
-    assert not above, f"{module.name} stands on floor {list(FLOORS)[floor(module.name)]!r}"
+def test_a_module_imports_from_its_own_room_and_those_before(module: Module) -> None:
+    assert not {name for name in module.imports() if room(name) > room(module.name)}
 
 
-def test_every_entry_of_the_table_is_a_module() -> None:
-    for members in FLOORS.values():
-        for member in members.split():
-            assert any(fnmatch(name, member) for name in names()), member
+def test_at_the_top_stand_the_rooms_and_the_face() -> None:
+    found = {path.name for path in ROOT.iterdir() if path.name != "__pycache__"}
+    assert found == {*ROOMS, "__init__.py", "__main__.py", "py.typed"}
 
 
 @each(MODULES)
@@ -153,9 +128,9 @@ def test_no_private_name_crosses_a_module(module: Module) -> None:
             assert inherited, f"line {node.lineno}: .{node.attr} belongs to another module"
 
 
-@each([module for module in MODULES if module.name.split("_")[0] == "cli"])
+@each([module for module in MODULES if module.name.startswith("app.cli.")])
 def test_the_command_line_starts_with_the_standard_library_alone(module: Module) -> None:
-    light = {"errors", "cli_common"} | {name for name in names() if name.startswith("cli_")}
+    light = {"base.errors"} | {name for name in names() if name.startswith("app.cli.")}
     assert module.imports() <= light
     for node in module.at_import():
         if isinstance(node, ast.Import):
@@ -180,7 +155,7 @@ def test_a_module_says_what_it_is_and_is_not_too_long(module: Module) -> None:
     assert len(module.text.splitlines()) <= LONGEST
 
 
-@each([module for module in MODULES if module.name != "cli_common"])
+@each([module for module in MODULES if module.name != "app.cli.common"])
 def test_the_library_prints_nothing(module: Module) -> None:
     called = [node for node in module.nodes(ast.Call) if isinstance(node.func, ast.Name)]
     assert not [node.lineno for node in called if node.func.id == "print"]

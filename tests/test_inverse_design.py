@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import brentq
 
 import peel_opt as po
-from peel_opt.design_material import material
+from peel_opt.studies.design.material import material
 
 ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 FILM = {

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import peel_opt as po
-from peel_opt import design_relations as design
-from peel_opt.errors import InvalidInput, NoEquilibrium, OutOfRange
-from peel_opt.landau import NormalForm
-from peel_opt.rod import Rod
-from peel_opt.series import uniform_series
-from peel_opt.traced_potential import branch_potential
+from peel_opt.analysis import design_relations as design
+from peel_opt.analysis.branch_potential import branch_potential
+from peel_opt.analysis.normal_form import NormalForm
+from peel_opt.base.errors import InvalidInput, NoEquilibrium, OutOfRange
+from peel_opt.model.rod import Rod
+from peel_opt.model.series import uniform_series
 
 FORMS = {"paper": NormalForm.paper(), "exact": NormalForm.exact(), "uniform": NormalForm.uniform(12)}
 each_form = pytest.mark.parametrize("kind", FORMS)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import peel_opt as po
-from peel_opt import design_relations as design
-from peel_opt.maxwell_points import TURN, maxwell_point
+from peel_opt.analysis import design_relations as design
+from peel_opt.analysis.maxwell import TURN, maxwell_point
 
 UNIFORM = po.NormalForm.uniform(40)
 

@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import peel_opt as po
+from peel_opt.equilibria.result import DISQUALIFYING, Equilibrium
 from peel_opt.plots import plot_equilibrium, plot_family, save_figure
 from peel_opt.plots.forces import COUNT, adhesive_force
 from peel_opt.plots.words import length_unit, quantity
-from peel_opt.result import DISQUALIFYING, Equilibrium
 
 UNIT = po.Rod.from_ratio(1.0)
 TAPE = po.Rod(bending_stiffness=9.5e-6, adhesion_strength=5e5, adhesion_range=4e-4)
@@ -345,7 +345,7 @@ def test_works_without_a_display_and_without_pyplot(tmp_path: Path) -> None:
     # An interactive backend that cannot start here must never be asked for.
     stored = shape("fig10a").save(tmp_path / "shape.npz")
     code = (
-        "import sys; from peel_opt.result import Equilibrium; from peel_opt.plots import save_figure\n"
+        "import sys; from peel_opt.equilibria.result import Equilibrium; from peel_opt.plots import save_figure\n"
         f"ax = Equilibrium.load({str(stored)!r}).plot()\n"
         f"save_figure(ax.figure, {str(tmp_path / 'picture.png')!r}, dpi=40)\n"
         "assert 'matplotlib.pyplot' not in sys.modules"

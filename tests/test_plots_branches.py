@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import peel_opt as po
 from peel_opt.plots import plot_branch, save_figure
-from peel_opt.plots.branches import DASHES, LABELS, SPURIOUS
+from peel_opt.plots.diagram import DASHES, LABELS, SPURIOUS
 
 
 @pytest.fixture(scope="module")

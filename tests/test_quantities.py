@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from peel_opt.errors import InvalidInput
-from peel_opt.quantities import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
+from peel_opt.base.errors import InvalidInput
+from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
 
 OWN = {"y0": 7e-4, "eta": 5e-4}
 

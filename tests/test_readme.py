@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import peel_opt
-from peel_opt.cli import main
+from peel_opt.app.cli.main import main
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

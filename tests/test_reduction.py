@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import peel_opt as po
-from peel_opt.errors import InvalidInput
-from peel_opt.reduction import lyapunov_schmidt
-from peel_opt.series import uniform_series
+from peel_opt.analysis.reduction import lyapunov_schmidt
+from peel_opt.base.errors import InvalidInput
+from peel_opt.model.series import uniform_series
 
 
 @pytest.fixture(scope="module", params=[0.0, 4.0, 30.0])

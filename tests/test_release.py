@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import peel_opt
-from peel_opt import cli
+from peel_opt.app.cli import main as cli
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -159,5 +159,5 @@ def test_the_changelog_names_every_command():
 
 
 def test_the_script_that_is_installed_is_this_one():
-    assert PROJECT["scripts"] == {"peel-opt": "peel_opt.cli:main"}
+    assert PROJECT["scripts"] == {"peel-opt": "peel_opt.app.cli.main:main"}
     assert callable(cli.main)

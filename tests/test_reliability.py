@@ -22,7 +22,7 @@ import pytest
 from matplotlib import image
 
 import peel_opt as po
-from peel_opt.cli import main
+from peel_opt.app.cli.main import main
 
 ROOT = Path(__file__).parents[1]
 PROBLEMS = [str(ROOT / "problems" / f"{name}.toml") for name in ("office_tape", "foil_tape", "graphene")]

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peel_opt.errors import InvalidInput, PeelOptError
-from peel_opt.rod import Rod
+from peel_opt.base.errors import InvalidInput, PeelOptError
+from peel_opt.model.rod import Rod
 
 FIELDS = ("bending_stiffness", "adhesion_strength", "adhesion_range")
 GOOD = dict(zip(FIELDS, (2.3e-5, 140e3, 0.73e-3), strict=True))

@@ -11,9 +11,9 @@ import mpmath
 import pytest
 
 import peel_opt as po
-from peel_opt.assembly import equilibrium_at
-from peel_opt.limit_derivatives import LIMITS
-from peel_opt.maxwell_derivative import maxwell_gradient
+from peel_opt.analysis.limits import LIMITS
+from peel_opt.analysis.maxwell_derivative import maxwell_gradient
+from peel_opt.equilibria.assembly import equilibrium_at
 
 from . import oracle
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import eig
 
 import peel_opt as po
-from peel_opt.small_motions import stability
+from peel_opt.analysis.stability import stability
 
 PI4 = math.pi**4
 #: Roots of cos k cosh k = -1: the clamped-free beam.

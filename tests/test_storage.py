@@ -9,12 +9,12 @@ from dataclasses import asdict, fields
 import numpy as np
 import pytest
 
-from peel_opt.detachment import equilibrium, pressure_given_length
-from peel_opt.errors import InvalidInput
-from peel_opt.result import Equilibrium
-from peel_opt.rod import Rod
-from peel_opt.shape import Shape
-from peel_opt.storage import atomic_write
+from peel_opt.base.errors import InvalidInput
+from peel_opt.equilibria.ask import equilibrium, pressure_given_length
+from peel_opt.equilibria.result import Equilibrium
+from peel_opt.equilibria.storage import atomic_write
+from peel_opt.model.rod import Rod
+from peel_opt.residual.shape import Shape
 
 QUESTIONS = {
     "si": lambda: pressure_given_length(Rod(2.3e-5, 140e3, 0.73e-3), 1.9e-3),

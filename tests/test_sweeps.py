@@ -21,8 +21,9 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt import sweep_plan, sweep_workers
-from peel_opt.sweep_answers import NUMBERS, TEXTS, Answers
+from peel_opt.studies.sweep import plan as sweep_plan
+from peel_opt.studies.sweep import workers as sweep_workers
+from peel_opt.studies.sweep.answers import NUMBERS, TEXTS, Answers
 
 #: Some points by series, some by a walk under law (8), some without an answer.
 GRID = {"ratio": np.geomspace(0.3, 20.0, 6), "pressure_ratio": np.linspace(0.2, 0.95, 7)}
@@ -164,7 +165,7 @@ def test_what_cannot_be_meant_is_refused_at_once(axes: Any, named: dict[str, Any
 
 
 def test_a_point_that_trips_the_programme_costs_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    from peel_opt import sweep_answers
+    from peel_opt.studies.sweep import answers as sweep_answers
 
     def trips(rod: po.Rod, pressure: float, **options: Any) -> po.Equilibrium:
         if pressure == 0.6:
@@ -200,7 +201,7 @@ def test_threads_and_order_do_not_matter(whole: po.Sweep) -> None:
 def test_the_number_of_blas_threads_does_not_matter(whole: po.Sweep) -> None:
     from threadpoolctl import threadpool_limits
 
-    from peel_opt.sweep_answers import arithmetic
+    from peel_opt.studies.sweep.answers import arithmetic
 
     for threads in (1, 2):
         arithmetic.cache_clear()
@@ -272,7 +273,7 @@ def test_workers_that_keep_dying_are_an_error(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_workers_that_round_otherwise_are_an_error(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
-    from peel_opt import sweep_answers
+    from peel_opt.studies.sweep import answers as sweep_answers
 
     names = iter(["one"] * 2 + ["other"] * 100)
     monkeypatch.setattr(sweep_answers, "arithmetic", lambda: next(names))
@@ -434,7 +435,7 @@ def test_a_law_that_ends_somewhere_is_no_error_of_the_sweep() -> None:
 
 
 def test_the_journal_of_another_release_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from peel_opt import sweep_journal
+    from peel_opt.studies.sweep import journal as sweep_journal
 
     journal = tmp_path / "journal"
     with monkeypatch.context() as patch:
@@ -452,7 +453,7 @@ def test_the_journal_of_another_release_is_refused(tmp_path: Path, monkeypatch: 
 def test_a_journal_that_was_rounded_otherwise_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: po.Sweep, chunks: int
 ) -> None:
-    from peel_opt import sweep_answers
+    from peel_opt.studies.sweep import answers as sweep_answers
 
     journal = tmp_path / "journal"
     with monkeypatch.context() as patch, contextlib.suppress(po.WorkersLost):
@@ -509,7 +510,7 @@ def test_two_sweeps_do_not_share_a_journal(tmp_path: Path) -> None:
     journal = tmp_path / "journal"
     pytest.importorskip("fcntl")
     plan = sweep_plan.Plan.of(GRID, None, False, sweep_plan.Options())
-    from peel_opt.sweep_journal import Journal
+    from peel_opt.studies.sweep.journal import Journal
 
     with Journal(journal, plan), pytest.raises(po.InvalidInput, match="another process"):
         po.sweep(GRID, journal=journal)

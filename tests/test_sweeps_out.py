@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.cli import main
-from peel_opt.quantities import LENGTH, NUMBER, PRESSURE
-from peel_opt.sweep_answers import NUMBERS, TEXTS
-from peel_opt.sweep_ranges import parse_range
+from peel_opt.app.cli.main import main
+from peel_opt.base.units import LENGTH, NUMBER, PRESSURE
+from peel_opt.studies.sweep.answers import NUMBERS, TEXTS
+from peel_opt.studies.sweep.ranges import parse_range
 
 ROD = po.Rod(2.3e-5, 140e3, 0.73e-3)
 

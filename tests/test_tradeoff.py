@@ -16,10 +16,10 @@ import pytest
 import peel_opt as po
 from benchmarks import auto_peer
 from benchmarks.figures import Figure
-from peel_opt.cards import Card
-from peel_opt.cli import main
-from peel_opt.peers import BvpPeer
-from peel_opt.work_precision import WorkPrecision, tradeoff
+from peel_opt.app.cards import Card
+from peel_opt.app.cli.main import main
+from peel_opt.studies.tradeoff.peers import BvpPeer
+from peel_opt.studies.tradeoff.run import WorkPrecision, tradeoff
 
 SCENES = {
     "groups": partial(po.equilibrium, beta0=4.0, lam=1.0),

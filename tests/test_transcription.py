@@ -11,16 +11,16 @@ import pytest
 import scipy.sparse as sp
 
 import peel_opt as po
-from peel_opt import nlp
-from peel_opt.closures import Closure, rows
-from peel_opt.cohesion import COHESIVE, LINEAR, Piece
-from peel_opt.continuation import Family, StepControl, transition
-from peel_opt.elastica import Scalars, kernel
-from peel_opt.named_laws import exponential
-from peel_opt.newton import correct, newton
-from peel_opt.primary import PATH, PrimaryBranch
-from peel_opt.transcription import Collocation, Profile, Shooting, Spectral, Transcription
-from peel_opt.transcription.base import PROFILE_POINTS, chebyshev
+from peel_opt.continuation.family import Family, StepControl, transition
+from peel_opt.continuation.primary import PATH, PrimaryBranch
+from peel_opt.model.bond import COHESIVE, LINEAR, Piece
+from peel_opt.model.equations import Scalars, kernel
+from peel_opt.model.named_laws import exponential
+from peel_opt.residual import programme as nlp
+from peel_opt.residual.closures import Closure, rows
+from peel_opt.residual.discretisation import PROFILE_POINTS, chebyshev
+from peel_opt.residual.newton import correct, newton
+from peel_opt.residual.transcriptions import Collocation, Profile, Shooting, Spectral, Transcription
 
 GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))
 ALPHA1 = -4.43540698907106

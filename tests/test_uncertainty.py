@@ -13,11 +13,11 @@ import pytest
 from scipy import stats
 
 import peel_opt as po
-from peel_opt.cli import main
-from peel_opt.maxwell_derivative import maxwell_gradient
-from peel_opt.propagation_inputs import split, spread_of
-from peel_opt.propagation_limits import interpolated
-from peel_opt.propagation_sample import Sample
+from peel_opt.analysis.maxwell_derivative import maxwell_gradient
+from peel_opt.app.cli.main import main
+from peel_opt.studies.uncertainty.inputs import split, spread_of
+from peel_opt.studies.uncertainty.limits import interpolated
+from peel_opt.studies.uncertainty.sample import Sample
 
 ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 SPREAD = {"bending_stiffness": "2 %", "adhesion_strength": "1 %", "adhesion_range": "1.5 %"}
@@ -114,7 +114,7 @@ def found_title(found: Any) -> str:
 
 
 def test_at_a_fold_there_is_no_linear_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
-    from peel_opt import propagation
+    from peel_opt.studies.uncertainty import run as propagation
 
     def refuses(subject: Any) -> Any:
         raise po.AtFold("a fold")
@@ -175,7 +175,7 @@ def test_sobol_indices_of_the_ishigami_function() -> None:
 
 
 def test_a_mixed_sample_without_an_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    from peel_opt import propagation
+    from peel_opt.studies.uncertainty import run as propagation
 
     def answers(rod: po.Rod, drawn: Sample, *_: Any) -> tuple[np.ndarray, np.ndarray, float]:
         values = np.full(len(drawn.inputs), 1.7e-3)
@@ -227,7 +227,7 @@ def test_the_error_of_a_maxwell_length_holds_next_to_the_turn(ratio: float) -> N
 
 
 def test_interpolation_falls_back_to_single_calls() -> None:
-    from peel_opt.flaws import PressureLimit
+    from peel_opt.analysis.flaws import PressureLimit
 
     def kinked(r: float) -> PressureLimit:
         if r > 1.9:

@@ -4,9 +4,9 @@ Nothing here touches the state of pyplot: functions draw into the axes they are 
 a figure of their own that works without a display, and return the axes.
 """
 
-from .branches import plot_branch
-from .equilibria import plot_equilibrium, plot_family
+from .diagram import plot_branch
 from .files import save_figure
-from .flaw_chart import plot_flaw_chart
+from .flaws import plot_flaw_chart
+from .rod import plot_equilibrium, plot_family
 
 __all__ = ["plot_branch", "plot_equilibrium", "plot_family", "plot_flaw_chart", "save_figure"]

@@ -9,8 +9,8 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from ..errors import InvalidInput
-from ..files import as_path, atomic_write
+from ..base.errors import InvalidInput
+from ..base.files import as_path, atomic_write
 
 #: By suffix: what keeps the date out, so that the same picture is the same file.
 FORMATS: dict[str, dict[str, Any]] = {

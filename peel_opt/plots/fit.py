@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..rod import UNITS
+from ..model.rod import UNITS
 from .style import PRESSURE, ROD, SMALL
 from .words import length_unit, pressure_unit, quantity
 
 if TYPE_CHECKING:
-    from ..calibration_result import Calibration
+    from ..studies.calibrate.result import Calibration
 
 #: Half width of the band, in standard deviations.
 BAND = 1.96
@@ -48,7 +48,7 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     Axes
         Of the fit.
     """
-    from ..calibration_band import band
+    from ..studies.calibrate.band import band
 
     if ax is None:
         figure = Figure(figsize=(6.4, 6.0), layout="constrained")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..result import Equilibrium
+from ..equilibria.result import Equilibrium
 
 #: Arrows of each kind along the detached part.
 COUNT = 13

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..effective_potential import EffectivePotential
-from ..lambda_loop import HysteresisLoop
-from ..pressure_loop import PressureLoop
+from ..analysis.lambda_loop import HysteresisLoop
+from ..analysis.potential import EffectivePotential
+from ..analysis.pressure_loop import PressureLoop
 from . import style
 
 #: Lines of neighbouring curves, which differ in grey too.

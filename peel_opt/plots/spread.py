@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
-from ..errors import InvalidInput
-from ..propagation_result import LINEAR_ENOUGH, Propagated
-from ..rod import Rod
+from ..base.errors import InvalidInput
+from ..model.rod import Rod
+from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated
 from . import style
 from .words import AxisUnit, length_unit, pressure_unit
 

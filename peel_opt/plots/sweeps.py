@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..errors import InvalidInput
-from ..rod import Rod
-from ..sweep_table import Sweep
+from ..base.errors import InvalidInput
+from ..model.rod import Rod
+from ..studies.sweep.table import Sweep
 from . import style
-from .branches import LABELS
+from .diagram import LABELS
 from .words import AxisUnit, length_unit, pressure_unit
 
 #: Up to so many values of one axis are drawn as curves, more as level lines.

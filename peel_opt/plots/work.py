@@ -12,7 +12,7 @@ from . import style
 from .words import ANSWERS
 
 if TYPE_CHECKING:
-    from ..work_precision import WorkPrecision
+    from ..studies.tradeoff.run import WorkPrecision
 
 #: Colour and marker of each method, in every picture that tells them apart.
 METHOD_STYLES = {

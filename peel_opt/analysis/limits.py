@@ -1,0 +1,169 @@
+"""How the limits of a rod move with r = eta/y0: its folds, and its Maxwell point.
+
+At a fold the folding number does not move along the branch, so that its derivative with respect
+to r is that of the residual alone (envelope theorem): no second derivative is needed, and the
+small error of the fold's location does not enter to first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from ..base.errors import NoEquilibrium, NotConverged, PeelOptError
+from ..continuation.family import Family
+from ..continuation.primary import PrimaryBranch
+from ..continuation.special import Located
+from ..model.bond import COHESIVE
+from ..model.equations import Scalars
+from ..model.rod import require_ratio
+from ..residual.arclength import chart
+from ..residual.closures import Closure, rows, sensitivity_to_given
+from ..residual.newton import factorised
+from .flaws import MESHES
+from .maxwell_derivative import maxwell_gradient
+from .surface import Gradient
+
+#: eta/y0 at the cusp of the fold curve, above which lengths fold.
+CUSP = 0.32105
+
+#: eta/y0 up to which the two folds lie closer together than the points of the walk.
+TOO_CLOSE = 0.32106
+
+#: Rounding of a located fold and of one solve, relative to value and derivative.
+FOLD_ROUNDING = 1e-11
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A scalar function of r, in units of T0 or eta, with its derivative.
+
+    Parameters
+    ----------
+    kind : {"pressure", "length"}
+    differentiate : callable
+        From r to the `Gradient` of the number; errors are absolute.
+    """
+
+    kind: str
+    differentiate: Callable[[float], Gradient]
+
+
+def fold_gradient(ratio: float, which: str) -> Gradient:
+    """Return P or sigma at a fold of a rod's branch, with its derivative by r.
+
+    Parameters
+    ----------
+    ratio : float
+    which : {"readhesion_pressure", "least_length", "longest_length"}
+
+    Raises
+    ------
+    OutOfRange
+        If eta/y0 is outside the range of the walk.
+    NoEquilibrium
+        If the branch has no such fold.
+    """
+    require_ratio(ratio)
+    coarse, fine = (_at_fold(ratio, which, i) for i in range(len(MESHES)))
+    error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
+    return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
+
+
+@lru_cache(maxsize=256)
+def _at_fold(ratio: float, which: str, mesh: int) -> tuple[float, float]:
+    """Value and derivative of a fold on one mesh."""
+    family = Family(COHESIVE, MESHES[mesh], Closure("ratio", ratio))
+    branch = PrimaryBranch(family)
+    point = FOLDS[which](branch).point
+    read: Callable[[Scalars], float] = PRESSURE if which == "readhesion_pressure" else LENGTH
+    problem, x = point.problem, point.x
+    closure = (family.closure,)
+    _, jacobian = problem.linearise(x)
+    _, family_row = rows(*closure)(x[-4:])
+    _, metric = chart(x[-4:])
+    border = np.vstack([family_row, (metric @ point.tangent[-4:]) @ metric])
+    right = np.zeros(problem.size)
+    right[-2] = -sensitivity_to_given(closure, x[-4:])[0, 0]
+    change = factorised(jacobian, border).solve(right)
+    s = ca.SX.sym("s", 4)
+    number = ca.Function("number", [s], [read(Scalars(*ca.vertsplit(s)))])
+    slope = number.jacobian()(x[-4:], 0.0).full().ravel() @ change[-4:]
+    return float(read(point.scalars)), float(slope)
+
+
+def PRESSURE(s: Scalars) -> float:
+    """p/T0."""
+    return s.pressure_ratio
+
+
+def LENGTH(s: Scalars) -> float:
+    """sbar/eta."""
+    return s.sigma
+
+
+def _minimum_pressure(branch: PrimaryBranch) -> Located:
+    """The first fold in pressure."""
+    fold = branch.reach("LP-pressure")
+    if fold is None:
+        raise NotConverged(
+            f"the minimum pressure at eta/y0 = {branch.family.closure.value:.4g} was not reached.",
+            remedy="Check that the ratio lies between 0.005 and 3000.",
+        )
+    return fold
+
+
+def _least_length(branch: PrimaryBranch) -> Located:
+    """The first fold in length before the minimum pressure: the paper's."""
+    minimum = _minimum_pressure(branch)
+    fold = branch.fold("LP-length")
+    if fold is None or fold.point.arclength > minimum.point.arclength:
+        raise _no_fold(branch.family.closure.value, "the unfolded states have no fold in length")
+    return fold
+
+
+def _longest_length(branch: PrimaryBranch) -> Located:
+    """The fold at which the length is greatest."""
+    branch.extend(lambda _: False)
+    found = []
+    for fold in branch.folds:
+        i = branch.points.index(fold.point)
+        here, *around = (branch.points[j].scalars.sigma for j in (i, i - 1, i + 1))
+        if fold.kind == "LP-length" and here > max(around):
+            found.append(fold)
+    if not found:
+        raise _no_fold(branch.family.closure.value, "no detached length is the greatest")
+    return max(found, key=lambda fold: fold.point.scalars.sigma)
+
+
+def _no_fold(ratio: float, words: str) -> PeelOptError:
+    """Say that a length does not fold; just above the cusp, where it does, that the walk misses it."""
+    if CUSP < ratio <= TOO_CLOSE:
+        return NotConverged(
+            f"at eta/y0 = {ratio:.6g}, just above the cusp at {CUSP}, the two folds in length lie closer"
+            " together than the points of the walk.",
+            remedy=f"Ask at eta/y0 above {TOO_CLOSE}.",
+        )
+    return NoEquilibrium(
+        f"at eta/y0 = {ratio:.6g} {words}.", remedy=f"It exists for eta/y0 above {CUSP}.", nearest=CUSP
+    )
+
+
+#: Where on the branch each limit lies.
+FOLDS: dict[str, Callable[[PrimaryBranch], Located]] = {
+    "readhesion_pressure": _minimum_pressure,
+    "least_length": _least_length,
+    "longest_length": _longest_length,
+}
+
+#: The limits of a rod by their public names.
+LIMITS = {
+    "readhesion_pressure": Limit("pressure", lambda r: fold_gradient(r, "readhesion_pressure")),
+    "least_length": Limit("length", lambda r: fold_gradient(r, "least_length")),
+    "longest_length": Limit("length", lambda r: fold_gradient(r, "longest_length")),
+    "maxwell_length": Limit("length", maxwell_gradient),
+}

@@ -1,0 +1,264 @@
+"""The loop of a rod in the pressure: it peels at T0 and re-adheres at the minimum pressure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from ..base.errors import NoEquilibrium
+from ..base.quadrature import Grid
+from ..continuation.primary import primary_branch
+from ..equilibria.branch import Branch
+from ..equilibria.branch_parts import SpecialPoint
+from ..equilibria.trace import trace
+from ..model.bond import COHESIVE
+from ..model.rod import Rod
+from ..residual.closures import Closure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NOT_COMPUTED = (
+    "Not computed: the motion in a jump.  At p = T0 no detached equilibrium is near the straight rod;"
+    " the folded one with which the way back begins has its tip on the plate, and whether a rod"
+    " settles there is decided by inertia, the air and contact.  Above T0 the branch has no state,"
+    " below the minimum pressure neither: the rod closes, how fast is not known.  The unfolded states"
+    " between, which meet the folded ones at the minimum pressure, are not visited."
+)
+
+
+@dataclass(frozen=True)
+class PressureJump:
+    """A jump between two states at one pressure.
+
+    Parameters
+    ----------
+    direction : {"up", "down"}
+        "up" peels the rod off, "down" lets it re-adhere.
+    pressure : float
+        [Pa]
+    length_before, length_after : float
+        Detached lengths [m]; 0 for the adhered rod.
+    lam, alpha1 : float
+        The paper's groups of the detached state of the two.
+    """
+
+    direction: Literal["up", "down"]
+    pressure: float
+    length_before: float
+    length_after: float
+    lam: float
+    alpha1: float
+
+    @property
+    def size(self) -> float:
+        """Change of the detached length [m]."""
+        return abs(self.length_after - self.length_before)
+
+
+@dataclass(frozen=True, eq=False)
+class PressureSweep:
+    """States in the order in which a sweep visits them; at a jump both, at the same pressure.
+
+    Parameters
+    ----------
+    pressure : ndarray
+        [Pa]
+    length : ndarray
+        Detached length [m].
+    state : ndarray of str
+        "adhered", "middle", "lower" or "folded".
+    error : ndarray
+        Of each solved state, in the metric of the branch; 0 for the adhered rod.
+    row : ndarray of int
+        Position in the branch of the loop, -1 for the adhered rod.
+    """
+
+    pressure: np.ndarray
+    length: np.ndarray
+    state: np.ndarray
+    error: np.ndarray
+    row: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.pressure)
+
+
+@dataclass(frozen=True, eq=False)
+class PressureLoop:
+    """The loop of a rod whose pressure is raised to T0 and lowered again, under law (8).
+
+    Parameters
+    ----------
+    rod : Rod
+    up : PressureSweep
+        Adhered up to T0, then on to the folded state there.
+    down : PressureSweep
+        Folded down to the minimum pressure, adhered below it.
+    between : PressureSweep
+        The unfolded states at the pressures of the loop, by rising pressure; not visited.
+    jumps : tuple of PressureJump
+        Up at T0, down at the minimum pressure.
+    area : float
+        Enclosed in the (pressure, length) plane [Pa m].
+    area_error : float
+        Of the area [Pa m]: what a lower degree or fewer points change, and the error of the states.
+    not_computed : str
+        What happens in a jump.
+    branch : Branch
+        The solved branch: ``branch[row]`` of a sweep is an `Equilibrium` with its shape.
+    """
+
+    rod: Rod
+    up: PressureSweep
+    down: PressureSweep
+    between: PressureSweep
+    jumps: tuple[PressureJump, ...]
+    area: float
+    area_error: float
+    not_computed: str
+    branch: Branch = field(repr=False)
+
+    @property
+    def minimum_pressure(self) -> float:
+        """Pressure [Pa] below which no detached state exists."""
+        return self.jumps[1].pressure
+
+    @property
+    def visited(self) -> tuple[str, ...]:
+        """Names of the states in the order of the loop, each once."""
+        return tuple(dict.fromkeys([*self.up.state.tolist(), *self.down.state.tolist()]))
+
+    @property
+    def area_digits(self) -> int:
+        """Digits of the area that its error leaves, at most 10."""
+        if not self.area_error > 0.0:
+            return 10
+        return min(max(math.floor(math.log10(self.area / self.area_error)), 1), 10)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the loop in the (pressure, length) plane; return the axes."""
+        from ..plots.potential import plot_pressure_loop
+
+        return plot_pressure_loop(self, ax)
+
+    def __repr__(self) -> str:
+        T0, eta = self.rod.adhesion_strength, self.rod.eta
+        lines = [f"PressureLoop of {self.rod!r}"]
+        lines += [
+            f"├─ {jump.direction:<4} at p/T0 = {jump.pressure / T0:.9g}:"
+            f" sbar/eta {jump.length_before / eta:.9g} to {jump.length_after / eta:.9g}"
+            for jump in self.jumps
+        ]
+        return "\n".join(
+            [
+                *lines,
+                f"├─ states: {', '.join(self.visited)}",
+                f"├─ area {self.area / (T0 * eta):.{self.area_digits}g} T0 eta",
+                f"└─ {self.not_computed}",
+            ]
+        )
+
+
+def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
+    """Sweep the pressure from below the minimum pressure to T0 and back; every state is solved for."""
+    T0, eta = rod.adhesion_strength, rod.eta
+    # Even in the logarithm, but closer together towards the minimum, where the length turns.
+    inner = _least_pressure(rod) ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
+    branch = trace(rod, tol=tol, at={"pressure_ratio": [float(value) for value in inner]})
+    P, turn, end = branch.pressure_ratio, _turn(branch).index, len(branch) - 1
+
+    def rows(part: np.ndarray) -> list[int]:
+        return [int(part[np.argmin(np.abs(P[part] - value))]) for value in inner]
+
+    folded = np.array([turn, *rows(np.arange(turn, end + 1)), end])
+    unfolded = np.array([*rows(np.arange(turn + 1)), 0])
+
+    def solved(which: np.ndarray) -> PressureSweep:
+        label = np.where(which == turn, "folded", branch.state[which])  # where both kinds meet
+        return _sweep(P[which] * T0, branch.sigma[which] * eta, label, branch.error[which], which)
+
+    def adhered(ratios: np.ndarray) -> PressureSweep:
+        none = np.zeros(len(ratios))
+        return _sweep(ratios * T0, none, np.full(len(ratios), "adhered"), none, np.full(len(ratios), -1))
+
+    area, area_error = _area(branch, turn)
+    below = np.linspace(0.5 * P[turn], P[turn], max(points // 4, 2))
+    ends = branch.sigma[[turn, end]] * eta
+    up = PressureJump("up", T0, 0.0, float(ends[1]), float(branch.lam[end]), float(branch.alpha1[end]))
+    down = PressureJump(
+        "down",
+        float(P[turn] * T0),
+        float(ends[0]),
+        0.0,
+        float(branch.lam[turn]),
+        float(branch.alpha1[turn]),
+    )
+    return PressureLoop(
+        rod,
+        up=_joined(adhered(np.concatenate([below, inner, [1.0]])), solved(folded[-1:])),
+        down=_joined(solved(folded[::-1]), adhered(below[::-1])),
+        between=solved(unfolded),
+        jumps=(up, down),
+        area=area * T0 * eta,
+        area_error=area_error * T0 * eta,
+        not_computed=NOT_COMPUTED,
+        branch=branch,
+    )
+
+
+def _least_pressure(rod: Rod) -> float:
+    """Return P_min as a walk along the branch has it, near enough to choose pressures by."""
+    walk = primary_branch(COHESIVE, Closure("ratio", rod.ratio))
+    found = walk.reach("LP-pressure")
+    if found is None:
+        raise NoEquilibrium(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")
+    return float(found.point.scalars.pressure_ratio)
+
+
+def _turn(branch: Branch) -> SpecialPoint:
+    """Return the minimum pressure of a branch that has been followed to contact."""
+    turns = branch.special("LP-pressure")
+    if not turns or branch.ended != "contact":
+        raise NoEquilibrium(
+            f"the branch of this rod ended without a minimum pressure or contact ({branch.ended}).",
+            remedy="Give a larger tol, or another ratio eta/y0.",
+        )
+    return turns[0]
+
+
+def _area(branch: Branch, turn: int) -> tuple[float, float]:
+    """Integral of sbar/eta over p/T0 along the folded states, by splines in the tip angle, and its error.
+
+    The branch has kinks where the height grazes y0, which no spline follows: the error is what a lower
+    degree changes, or half as many points, whichever is more, and what the states are off by.
+    """
+    s, P, sigma = (column[turn:] for column in (branch.A, branch.pressure_ratio, branch.sigma))
+    half = np.unique([*range(0, len(s), 2), len(s) - 1])
+    area = _spline_area(s, P, sigma, 5)
+    cruder = _spline_area(s, P, sigma, 3), _spline_area(s[half], P[half], sigma[half], 5)
+    states = float(branch.error[turn:].max()) * float(np.abs(np.diff(sigma)).sum())
+    return area, max(abs(area - other) for other in cruder) + states
+
+
+def _spline_area(s: np.ndarray, P: np.ndarray, sigma: np.ndarray, degree: int) -> float:
+    """Integral of sigma dP over the parameter ``s``."""
+    pressure, length = (make_interp_spline(s, values, k=degree) for values in (P, sigma))
+    cell = Grid.gauss(8)
+    x = s[:-1, None] + np.diff(s)[:, None] * cell.xi
+    return float((length(x) * pressure.derivative()(x) @ cell.weights) @ np.diff(s))
+
+
+def _joined(first: PressureSweep, second: PressureSweep) -> PressureSweep:
+    names = ("pressure", "length", "state", "error", "row")
+    return _sweep(*(np.concatenate([getattr(first, name), getattr(second, name)]) for name in names))
+
+
+def _sweep(*columns: np.ndarray) -> PressureSweep:
+    for column in columns:
+        column.flags.writeable = False
+    return PressureSweep(*columns)

@@ -1,0 +1,322 @@
+"""Stability at fixed pressure: small motions of the detached part with its edge clamped.
+
+The bond is one-sided, so to first order the edge does not move: perturbations keep
+theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integration from the edge,
+
+    delta x = int_xi^1 sin(theta) phi,    delta y = -int_xi^1 cos(theta) phi,
+
+and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
+motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
+rod, so K is not symmetric.  With inertia replaced by viscous drag the same mu are rates of
+decay.  Counts of eigenvalues depend on the inertia assumed; the sign of det K does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.linalg import eig
+
+from ..base.errors import InvalidInput
+from ..base.threads import one_thread
+from ..equilibria.assembly import discretised, law_of
+from ..equilibria.branch import Branch
+from ..equilibria.result import Equilibrium
+from ..model.bond import CohesiveLaw, Piece
+from ..model.equations import Scalars
+from ..residual.discretisation import Discretisation
+from ..residual.shape import Solution
+from ..residual.spectral import gauss, integration_matrix
+
+#: Polynomial degrees per phase of the two solves whose difference is the error.
+DEGREES = (16, 22)
+
+#: Eigenvalues reported, smallest magnitude first.
+REPORTED = 4
+
+#: Imaginary part, relative to the magnitude, from which a pair counts as complex.
+COMPLEX = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Small motions about an equilibrium.
+
+    Parameters
+    ----------
+    eigenvalues : ndarray of complex
+        mu, smallest magnitude first, in units of k/(rho sbar^4): motions exp(i sqrt(mu) t).
+    error : float
+        Largest relative change of these when the discretisation is refined.
+    index : int
+        Number of negative real eigenvalues: directions in which the rod just falls away.  One
+        within its error of zero does not count: the state is then `marginal`.
+    flutter : bool
+        Whether a complex pair makes an undamped inextensible rod oscillate with growing amplitude.
+    growth : float
+        Fastest growth rate under viscous drag alone, -min Re(mu); negative if all decay.
+    determinant_sign : int
+        Sign of det K, the same for any inertia: -1 if an odd number of real eigenvalues is negative,
+        0 if one of them is within its error of zero, as at contact and at a fold in pressure.
+    volume_index : int
+        The same count as ``index`` when the swept volume is held instead of the pressure.
+    """
+
+    eigenvalues: np.ndarray
+    error: float
+    index: int
+    flutter: bool
+    growth: float
+    determinant_sign: int
+    volume_index: int
+
+    @property
+    def marginal(self) -> bool:
+        """Whether an eigenvalue is within its error of zero, so that its sign is not known."""
+        return self.determinant_sign == 0
+
+    @property
+    def stable(self) -> bool:
+        """Whether nothing grows at fixed pressure, with or without drag; not claimed if marginal."""
+        return self.index == 0 and not self.flutter and not self.marginal
+
+    def seen_under(self) -> dict[str, bool]:
+        """Return under which control an experimenter would see the state."""
+        return {
+            "fixed pressure": self.stable,
+            "fixed swept volume": self.volume_index == 0 and not self.flutter,
+        }
+
+    def __repr__(self) -> str:
+        volume = f"index {self.volume_index} at fixed volume"
+        if self.index or self.flutter:
+            word = f"unstable (index {self.index}{', flutter' if self.flutter else ''})"
+        else:
+            word = "marginal" if self.marginal else "stable"
+        return f"Stability({word} at fixed pressure; {volume}; error {self.error:.0e})"
+
+
+def analyse(law: CohesiveLaw, problem: Discretisation, x: np.ndarray) -> Stability:
+    """Return the stability of a discrete solution, from two discretisations of its motions."""
+    with one_thread(max(DEGREES) * len(problem.phases)):
+        return _analysed(*(_Motions(problem, x, degree) for degree in DEGREES))
+
+
+def _analysed(coarse: _Motions, fine: _Motions) -> Stability:
+    mu, rough = fine.eigenvalues(), coarse.eigenvalues()
+    lowest = mu[:REPORTED]
+    error = float(np.max(np.abs(lowest - rough[: len(lowest)]) / (1.0 + np.abs(lowest))))
+    real = np.abs(lowest.imag) <= COMPLEX * np.abs(lowest)
+    constrained = fine.eigenvalues(fixed_volume=True)[:REPORTED]
+    held = np.abs(constrained.imag) <= COMPLEX * np.abs(constrained)
+    # Where a real eigenvalue vanishes, as at contact, its sign is that of rounding.
+    marginal = bool(np.any(real & (np.abs(lowest.real) <= error * (1.0 + np.abs(lowest)))))
+    return Stability(
+        eigenvalues=lowest,
+        error=error,
+        index=int(np.sum(real & (lowest.real < -error * (1.0 + np.abs(lowest))))),
+        flutter=bool(np.any(~real)),
+        growth=float(-np.min(lowest.real)),
+        determinant_sign=0 if marginal else fine.determinant_sign(),
+        volume_index=int(np.sum(held & (constrained.real < -error * (1.0 + np.abs(constrained))))),
+    )
+
+
+class _Motions:
+    """Stiffness and mass of small motions in piecewise polynomials, one element per phase."""
+
+    def __init__(self, problem: Discretisation, x: np.ndarray, degree: int) -> None:
+        self.scalars, lengths = problem.scalars(x), problem.lengths(x)
+        nodes, weights = gauss(degree + 8)
+        count, points = len(lengths), len(nodes)
+        sample = problem.sampler(nodes)(x).full() * self.scalars.A
+        theta, nx, ny, y = (sample[:, i] for i in (0, 2, 3, 4))
+        self.weights = np.concatenate([length * weights for length in lengths])
+        value, slope = _continuous_basis(degree, nodes, lengths)
+        self.value, self.slope = value, slope
+        # Integrals from each point to the edge: within its phase and over those after it.
+        inside = np.kron(np.diag(lengths), _to_the_end(nodes))
+        after = np.kron(np.triu(np.ones((count, count)), 1) * lengths, np.ones((points, 1)) * weights)
+        outward = inside + after
+        self.dx = outward @ (np.sin(theta)[:, None] * value)
+        self.dy = -outward @ (np.cos(theta)[:, None] * value)
+        self.theta = theta
+        self.force = np.cos(theta) * nx + np.sin(theta) * ny
+        self.softening = np.concatenate(
+            [
+                _softening(piece, self.scalars, y[j * points : (j + 1) * points])
+                for j, piece in enumerate(problem.phases)
+            ]
+        )
+
+    @property
+    def mass(self) -> np.ndarray:
+        """int (dx dx + dy dy)."""
+        w = self.weights[:, None]
+        return self.dx.T @ (w * self.dx) + self.dy.T @ (w * self.dy)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Bending, the turning of the reaction force, and the change of pressure and bond."""
+        w, alpha = self.weights[:, None], self.scalars.alpha
+        cosine, sine = np.cos(self.theta)[:, None], np.sin(self.theta)[:, None]
+        load_x = -alpha * cosine * self.value
+        load_y = -alpha * sine * self.value + self.softening[:, None] * self.dy
+        return (
+            self.slope.T @ (w * self.slope)
+            - self.value.T @ (w * self.force[:, None] * self.value)
+            - self.dx.T @ (w * load_x)
+            - self.dy.T @ (w * load_y)
+        )
+
+    def eigenvalues(self, *, fixed_volume: bool = False) -> np.ndarray:
+        """All mu, smallest magnitude first."""
+        K, M = self.stiffness, self.mass
+        if fixed_volume:
+            # d(swept volume) = int (-sin theta dx + cos theta dy) = 0
+            swept = self.weights @ (
+                -np.sin(self.theta)[:, None] * self.dx + np.cos(self.theta)[:, None] * self.dy
+            )
+            free = np.linalg.svd(swept[None, :])[2][1:].T
+            K, M = free.T @ K @ free, free.T @ M @ free
+        # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
+        above, below = eig(M, K, right=False, homogeneous_eigvals=True)
+        finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
+        mu = below[finite] / above[finite]
+        mu = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
+        return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]
+
+    def determinant_sign(self) -> int:
+        """Sign of det K."""
+        return int(np.linalg.slogdet(self.stiffness)[0])
+
+
+def _softening(piece: Piece, scalars: Scalars, y: np.ndarray) -> np.ndarray:
+    """-d f/d y of the bond in scaled variables: beta1 under the linear law, 0 on a free arc."""
+    u = ca.SX.sym("u")
+    drop = piece.drop(u)
+    slope = ca.Function("slope", [u], [ca.jacobian(drop, u) if isinstance(drop, ca.SX) else ca.SX(0)])
+    heights = scalars.beta1 / scalars.beta0 * y if scalars.beta0 else y
+    return scalars.beta1 * np.array([float(slope(v)) for v in heights])
+
+
+def _to_the_end(nodes: np.ndarray) -> np.ndarray:
+    """Matrix from values at Gauss nodes on [0, 1] to their integrals from each node to 1."""
+    _, weights = gauss(len(nodes))
+    return weights - integration_matrix(len(nodes), nodes)
+
+
+def _continuous_basis(degree: int, nodes: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values and xi-derivatives at the Gauss nodes of all phases; zero at the edge.
+
+    Each phase has hats for its two ends and integrated Legendre polynomials that vanish there.
+    """
+    count, points = len(lengths), len(nodes)
+    z = 2.0 * nodes - 1.0
+    bubbles = np.eye(degree)[1:]  # P_1 ... P_{degree-1}; their integrals vanish at both ends
+    inner = legendre.legval(z, legendre.legint(bubbles.T, lbnd=-1)).T
+    inner_slope = 2.0 * legendre.legval(z, bubbles.T).T
+    size = count + count * (degree - 1)  # a value at the start of every phase, and the bubbles
+    value, slope = np.zeros((count * points, size)), np.zeros((count * points, size))
+    for j in range(count):
+        here = slice(j * points, (j + 1) * points)
+        value[here, j], slope[here, j] = 1.0 - nodes, -1.0 / lengths[j]
+        if j + 1 < count:
+            value[here, j + 1], slope[here, j + 1] = nodes, 1.0 / lengths[j]
+        mine = slice(count + j * (degree - 1), count + (j + 1) * (degree - 1))
+        value[here, mine], slope[here, mine] = inner, inner_slope / lengths[j]
+    return value, slope
+
+
+def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
+    """Return the stability of an equilibrium, or of point ``i`` of a branch.
+
+    Parameters
+    ----------
+    state : Equilibrium or Branch
+        An equilibrium must carry its discrete solution: one that was just computed, not one
+        read from a file.
+    i : int
+
+    Returns
+    -------
+    Stability
+
+    Raises
+    ------
+    InvalidInput
+        If there is no solution to linearise about.
+
+    Examples
+    --------
+    >>> from peel_opt import Rod, length_given_pressure
+    >>> stability(length_given_pressure(Rod.from_ratio(1.0), 0.5)).index
+    1
+    """
+    if isinstance(state, Branch):
+        problem, x = discretised(state, range(len(state))[i])
+        return analyse(law_of(state), problem, x)
+    if not isinstance(state, Equilibrium):
+        raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
+    if not isinstance(state.source, Solution):
+        raise InvalidInput(
+            "this equilibrium carries no discrete solution to linearise about.",
+            remedy="Compute it again; files and other processes keep the shape only.",
+        )
+    return analyse(state.source.law, state.source.problem, state.source.x)
+
+
+#: What the paper reads off its effective potential at a given length: minimum or maximum.
+PAPER_LABELS = {"lower": "stable (minimum of U_e)", "middle": "unstable (maximum of U_e)"}
+
+
+def control_table(eq: Equilibrium) -> dict[str, str]:
+    """Return who would see a state: a line for each control of an experiment.
+
+    "fixed length" is the paper's reading, by its effective potential and not by the motions
+    of the rod; the potential knows the unfolded states only.
+
+    Parameters
+    ----------
+    eq : Equilibrium
+        As for `stability`.
+
+    Returns
+    -------
+    dict of str
+        "stable" or "unstable", and why, by the name of the control; "marginal" where the sign of
+        an eigenvalue is not known.
+
+    Raises
+    ------
+    InvalidInput
+        As for `stability`.
+
+    Examples
+    --------
+    >>> from peel_opt import Rod, length_given_pressure
+    >>> table = control_table(length_given_pressure(Rod.from_ratio(1.0), 0.5))
+    >>> table["fixed pressure"], table["fixed length (paper)"]
+    ('unstable (index 1)', 'stable (minimum of U_e)')
+    """
+    if not isinstance(eq, Equilibrium):
+        raise InvalidInput(f"a state must be an Equilibrium, got {eq!r:.60}.")
+    found = stability(eq)
+    flutter = ["flutter"] if found.flutter else []
+
+    def word(index: int, otherwise: str = "stable") -> str:
+        reasons = ([f"index {index}"] if index else []) + flutter
+        return f"unstable ({', '.join(reasons)})" if reasons else otherwise
+
+    doubt = found.error * (1.0 + abs(found.growth))
+    return {
+        "fixed pressure": word(found.index, "marginal" if found.marginal else "stable"),
+        "fixed pressure, heavy drag": (
+            "marginal" if abs(found.growth) <= doubt else "unstable" if found.growth > 0.0 else "stable"
+        ),
+        "fixed swept volume": word(found.volume_index),
+        "fixed length (paper)": PAPER_LABELS.get(eq.state, "not covered"),
+    }

@@ -1,0 +1,179 @@
+"""Stability along branches: the index of every point, and where it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..base.errors import InvalidInput, NotConverged
+from ..continuation.family import Family
+from ..continuation.points import Point, arclength_between
+from ..equilibria.assembly import law_of, transcription_from, walked
+from ..equilibria.branch import Branch, require_branch
+from ..residual.arclength import chart
+from ..residual.closures import Closure
+from .stability import Stability, analyse, stability
+
+#: Width of a bracket in the tip angle [rad] at which a change counts as located.
+LOCATED = 1e-6
+
+#: Distances from the end of a branch [rad] at which a state stands for a marginal end.
+NEAR_THE_END = (1e-5, 1e-4, 1e-3)
+
+#: Changes between two points beyond which they are taken for noise.
+MANY = 20
+
+
+@dataclass(frozen=True)
+class StabilityChange:
+    """A place on a rod's branch where the number or the kind of unstable motions changes.
+
+    Parameters
+    ----------
+    before, after : str
+        "index 1", "flutter", "flutter even under drag", "stable" and the like.
+    tip_angles : tuple of float
+        Between which it lies [rad], within 1e-6 of each other.
+    pressure_ratio, length_ratio : float
+        Of the state at the first of them.
+    """
+
+    before: str
+    after: str
+    tip_angles: tuple[float, float]
+    pressure_ratio: float
+    length_ratio: float
+
+
+def describe(found: Stability) -> str:
+    """Return the kind of stability in a word or two."""
+    parts = [f"index {found.index}"] if found.index else []
+    if found.flutter:
+        parts.append("flutter even under drag" if found.growth > 0.0 else "flutter")
+    return ", ".join(parts) or ("marginal" if found.marginal else "stable")
+
+
+def with_index(branch: Branch) -> Branch:
+    """Return the branch with the number of unstable directions at fixed pressure at each point.
+
+    Flutter counts as two: a complex pair grows.
+    """
+    if branch.index is not None:
+        return branch
+    found = [stability(branch, i) for i in range(len(branch))]
+    return replace(branch, index=np.array([s.index + 2 * s.flutter for s in found]))
+
+
+def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
+    """Locate the changes of stability along the branch of a rod.
+
+    Parameters
+    ----------
+    branch : Branch
+
+    Returns
+    -------
+    tuple of StabilityChange
+        In order along the branch.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch is not that of a rod.
+    NotConverged
+        If the branch cannot be solved where its stability changes.
+
+    Notes
+    -----
+    The kind of a marginal state, such as the end of a branch at contact, is not known; its
+    neighbours decide.  Two changes between neighbouring points that cancel are not seen.
+    """
+    if require_branch(branch).hold != "ratio" or branch.solutions is None:
+        raise InvalidInput(
+            "stability changes are located along the branch of a rod.", remedy="Use trace(rod)."
+        )
+    family = Family(
+        law_of(branch), transcription_from(branch.solutions.transcription), Closure("ratio", branch.held)
+    )
+    return tuple(
+        change
+        for low, high in pairwise(_known(family, walked(branch)))
+        for change in _between(family, low, high)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A point of the branch and the kind of its stability."""
+
+    point: Point
+    found: Stability
+
+    @property
+    def A(self) -> float:
+        return self.point.scalars.A
+
+    @property
+    def kind(self) -> str:
+        return describe(self.found)
+
+
+def _known(family: Family, points: Sequence[Point]) -> list[_State]:
+    """Analyse the points, without those whose kind rounding would decide.
+
+    The branch ends at contact in such a state: another, just before it, stands for the end.
+    """
+    states = [_state(family, point) for point in points]
+    known = [state for state in states if not state.found.marginal]
+    if len(states) > 1 and states[-1].found.marginal:
+        before, end = states[-2], states[-1]
+        for away in NEAR_THE_END:
+            if away >= end.A - before.A:
+                break
+            near = _landed(family, before, end, end.A - away)
+            if near is not None and not near.found.marginal:
+                return [*known, near]
+    return known
+
+
+def _between(family: Family, low: _State, high: _State) -> list[StabilityChange]:
+    """Locate one change after the other, until the kind is that of the upper end."""
+    changes: list[StabilityChange] = []
+    while low.kind != high.kind:
+        if len(changes) == MANY:
+            raise NotConverged(
+                f"the stability changes more than {MANY} times between two points.",
+                remedy="Trace more points, with a smaller tol.",
+            )
+        left, right = low, high
+        while right.A - left.A > LOCATED:
+            middle = _landed(family, left, right, 0.5 * (left.A + right.A))
+            if middle is None:
+                raise NotConverged(
+                    f"the branch could not be solved at tip angles from {-left.A:.6g} to {-right.A:.6g},"
+                    " where its stability changes.",
+                    remedy="Trace more points.",
+                )
+            left, right = (middle, right) if middle.kind == low.kind else (left, middle)
+        s = left.point.scalars
+        changes.append(StabilityChange(left.kind, right.kind, (-left.A, -right.A), s.pressure_ratio, s.sigma))
+        low = right
+    return changes
+
+
+def _landed(family: Family, low: _State, high: _State, A: float) -> _State | None:
+    """Solve between two states at a tip angle; None on failure."""
+    landed = family.land(low.point, high.point, Closure("amplitude", A))
+    if landed is None:
+        return None
+    problem, result = landed
+    place = chart(result.x[-4:])[0]
+    arclength = arclength_between(low.point, high.point, place)
+    return _state(family, family.point(problem, result.x, low.point.direction, arclength, result.iterations))
+
+
+def _state(family: Family, point: Point) -> _State:
+    return _State(point, analyse(family.law, point.problem, point.x))

@@ -1,0 +1,4 @@
+"""What people touch: cards, reports, the command line, the explorer.
+
+Nothing below knows it.
+"""

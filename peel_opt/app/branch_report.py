@@ -1,0 +1,94 @@
+"""Branches for people and for programs: a table of special points, JSON, and files."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from ..base.units import display
+from ..equilibria.branch import Branch
+from ..equilibria.storage import Units
+from .report import aligned, describe_rod, slug
+
+#: What the kinds of special points are, for people.
+KINDS = {
+    "BP": "branch point of the straight rod",
+    "LP-lambda": "fold in lambda",
+    "LP-length": "fold in length",
+    "LP-pressure": "fold in pressure",
+    "y=y0": "rod reaches or leaves y = y0",
+    "contact": "tip touches the plate",
+}
+
+_DIGITS = 10
+
+
+def special_table(branch: Branch) -> str:
+    """Return what the branch is, its special points in order, and how far to trust them."""
+    rod = branch.rod
+    held = f"{branch.hold} = {branch.held:.10g}" if rod is None else describe_rod(rod)
+    lines = [f"branch of {len(branch)} points, {branch.law} law, {held}", ""]
+    rows = [["kind", "what", *_titles(branch), "status"]]
+    for point in branch.special_points:
+        cells = [point.kind, KINDS.get(point.kind, "-")]
+        if rod is not None and not rod.dimensionless:
+            cells.append(display(rod.pressure(point.pressure_ratio), "Pa", 8))
+            cells.append(display(rod.length(point.length_ratio), "m", 8))
+        values = (point.pressure_ratio, point.length_ratio, point.lam, point.alpha1)
+        cells += [f"{0.0 if abs(v) < 1e-12 else v:.{_DIGITS}g}" for v in values]
+        rows.append([*cells, point.status])
+    lines.append(aligned(rows))
+    ended = f"ended: {branch.ended}; error up to {branch.error.max():.1e}"
+    return "\n".join([*lines, "", f"{ended}, certificate up to {branch.certificate.max():.1e}"])
+
+
+def _titles(branch: Branch) -> list[str]:
+    units = ["pressure", "length"] if branch.rod is not None and not branch.rod.dimensionless else []
+    return [*units, "p/T0", "sbar/eta", "lambda", "alpha1"]
+
+
+def branch_record(branch: Branch) -> dict[str, Any]:
+    """Return a branch without its points as plain data, with units in the keys."""
+    points = []
+    for point in branch.special_points:
+        entry = asdict(point) | {"bracket": list(point.bracket)}
+        if branch.rod is not None:
+            units = Units.of(branch.rod)
+            entry[f"pressure [{units.pressure}]"] = branch.rod.pressure(point.pressure_ratio)
+            entry[f"length [{units.length}]"] = branch.rod.length(point.length_ratio)
+        points.append(entry)
+    return {
+        "points": len(branch),
+        "law": branch.law,
+        "hold": branch.hold,
+        "held": branch.held,
+        **Units.of(branch.rod).rod(branch.rod),
+        "ended": branch.ended,
+        "error": float(branch.error.max()),
+        "certificate": float(branch.certificate.max()),
+        "options": branch.options,
+        "special_points": points,
+    }
+
+
+def write_branch(branch: Branch, folder: Path, *, picture: bool = True) -> Branch:
+    """Write NPZ, CSV and a picture, named after what is held; return the branch as written.
+
+    The picture shows stability, which is then stored too.
+    """
+    value = f"{branch.held:.6g}" if branch.rod is None or branch.rod.dimensionless else "rod"
+    name = slug(f"branch-{branch.hold}-{value}" if value != "rod" else "branch-rod")
+    if picture:
+        branch = branch.with_stability()
+    branch.save(folder / f"{name}.npz")
+    branch.to_csv(folder / f"{name}.csv")
+    if picture:
+        from ..plots import save_figure
+
+        figure = branch.plot().figure
+        assert isinstance(figure, Figure)
+        save_figure(figure, folder / f"{name}.png")
+    return branch

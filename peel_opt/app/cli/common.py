@@ -1,0 +1,139 @@
+"""What the commands of the command line share; imports no more than the standard library."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...base.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ...model.rod import Rod
+
+OK, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+_ANSWER = {
+    "law": "auto, linear or cohesive",
+    "state": "unfolded, middle, lower or folded",
+    "method": "auto, series, spectral, collocation or shooting",
+}
+
+#: Adds a command: name, what it does, function.
+AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
+
+
+def rod_options(
+    sub: argparse.ArgumentParser,
+    ways: str = "--k, --T0 and --y0, or --ratio, or --card",
+    *,
+    examples: tuple[str, str, str] = ("23 uN m", "140 kPa", "0.73 mm"),
+    ratio: str = "eta/y0 alone; lengths are then in eta, pressures in T0",
+) -> None:
+    """Add the ways to describe a rod; without words about it, none by its ratio."""
+    rod = sub.add_argument_group("rod", ways)
+    named = zip(
+        ("k", "T0", "y0"), ("bending stiffness", "adhesion strength", "adhesion range"), examples, strict=True
+    )
+    for flag, words, example in named:
+        about = f"{words}, such as '{example}'".replace("%", "%%")
+        rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
+    if ratio:
+        rod.add_argument("--ratio", metavar="VALUE", help=ratio)
+    rod.add_argument("--card", metavar="CARD", help="the rod of a problem card")
+
+
+def answer_options(
+    sub: argparse.ArgumentParser, *names: str, tol: str = "largest error of a certified answer (1e-8)"
+) -> None:
+    """Add some of --law, --state and --method, and --tol: how a question is answered."""
+    for name in names:
+        sub.add_argument(f"--{name}", help=_ANSWER[name])
+    sub.add_argument("--tol", type=tolerance, help=tol)
+
+
+def output_options(sub: argparse.ArgumentParser, files: str) -> None:
+    """Add the options that say where the result goes."""
+    sub.add_argument("--json", action="store_true", help="print one JSON document")
+    sub.add_argument("--out", metavar="DIR", help=f"also write {files} here")
+    sub.add_argument("--no-plot", action="store_true", help="no pictures under --out")
+
+
+def chosen(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Return those of the options that are given."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def out_folder(arguments: argparse.Namespace) -> Path | None:
+    """Make the folder of --out, before any work is done; None without."""
+    if arguments.out is None:
+        return None
+    from ..report import make_folder
+
+    return make_folder(arguments.out)
+
+
+def by_beta0(arguments: argparse.Namespace) -> bool:
+    """Return whether a question is about --beta0, or else about a rod."""
+    material = (arguments.k, arguments.T0, arguments.y0, arguments.ratio, arguments.card)
+    if (arguments.beta0 is not None) == any(value is not None for value in material):
+        raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
+    return arguments.beta0 is not None
+
+
+def rod_from(arguments: argparse.Namespace) -> Rod:
+    """Return the rod that the options describe, in one of three ways."""
+    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, parse
+    from ...model.rod import Rod
+
+    numbers = {"--k": arguments.k, "--T0": arguments.T0, "--y0": arguments.y0}
+    given = [flag for flag, value in numbers.items() if value is not None]
+    ways = (bool(given), arguments.ratio is not None, arguments.card is not None)
+    if sum(ways) != 1:
+        raise InvalidInput("give the rod by --k, --T0 and --y0, or by --ratio, or by --card.")
+    if arguments.card is not None:
+        return card_rod(arguments.card)
+    if arguments.ratio is not None:
+        return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
+    if missing := [flag for flag in numbers if flag not in given]:
+        raise InvalidInput(f"a rod needs {' and '.join(missing)} too.")
+    kinds = (STIFFNESS, PRESSURE, LENGTH)
+    return Rod(*(parse(flag, text, kind) for (flag, text), kind in zip(numbers.items(), kinds, strict=True)))
+
+
+def card_rod(path: str) -> Rod:
+    """Return the rod of a problem card."""
+    from ..cards import load_card
+
+    rod = load_card(path).rod()
+    if rod is None:
+        raise InvalidInput(f"card {path!r} has no [rod].")
+    return rod
+
+
+def say(text: str) -> None:
+    """Print a result; if nobody reads any more, the work and its files go on in silence."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        # What is still in the buffer must not raise once more when Python ends.
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - lives as long as the process
+        if not isinstance(error, BrokenPipeError):
+            raise InvalidInput(f"cannot print the result: {error.strerror}.") from error
+
+
+def complain(text: object) -> None:
+    """Say on stderr, in one line, what went wrong."""
+    print(f"peel-opt: {' '.join(str(text).split())}", file=sys.stderr)
+
+
+def tolerance(text: str) -> float:
+    """Read the value of --tol."""
+    value = float(text)
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"must lie between 0 and 1, got {text}")
+    return value

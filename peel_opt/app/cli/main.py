@@ -1,0 +1,202 @@
+"""The command line: ``peel-opt run CARD...``, and the commands for one question.
+
+Only the standard library is imported here, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ... import __version__
+from ...base.errors import InvalidInput, PeelOptError
+from . import curves as cli_curves
+from . import explore as cli_explore
+from . import measurements as cli_measurements
+from . import precision as cli_precision
+from . import sweeps as cli_sweeps
+from .common import (
+    FAILED,
+    INTERRUPTED,
+    OK,
+    WRONG_INPUT,
+    answer_options,
+    chosen,
+    complain,
+    output_options,
+    rod_from,
+    rod_options,
+    say,
+)
+
+if TYPE_CHECKING:
+    from ..report import Folder
+
+EPILOG = """\
+exit codes: 0 answered, 1 a question has no answer, 2 wrong input, 130 interrupted
+
+examples:
+  peel-opt pressure --length "1.9 mm" --k "23 uN m" --T0 "140 kPa" --y0 "0.73 mm"
+  peel-opt length --pressure "0.4 T0" --ratio 0.566
+  peel-opt run problems/*.toml --out results
+  peel-opt trace --beta0 4 --lam -1 3
+  peel-opt hysteresis --card problems/office_tape.toml
+  peel-opt sweep --ratio 0.5:10:5 --pressure-ratio 0.5:0.9:5 --out results/sweep
+  peel-opt uncertainty --card problems/aortic_flap.toml --length "1.9 mm" --T0 "+- 10 %"
+  peel-opt calibrate problems/calibrate_flap.toml
+  peel-opt tradeoff --beta0 4 --lam 1
+  peel-opt explore problems/office_tape.toml
+  peel-opt figures 5 8 --out figures
+"""
+
+#: A value that argparse would take for an option: "-0.05:3:50", but not "-1", which it knows.
+_NEGATIVE_RANGE = re.compile(r"-[\d.]+(?:e[-+]?\d+)?[:,].*", re.IGNORECASE | re.DOTALL)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code."""
+    # A terminal that lacks a letter of a title shows its code instead of failing.
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        arguments = _parser().parse_args(_tied(sys.argv[1:] if argv is None else argv))
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else WRONG_INPUT
+    try:
+        code: int = arguments.command(arguments)
+    except PeelOptError as error:
+        complain(error)
+        return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
+    except KeyboardInterrupt:
+        complain("interrupted")
+        return INTERRUPTED
+    return code
+
+
+def _tied(argv: Sequence[str]) -> list[str]:
+    """Tie a range that begins with a minus to its option by "="."""
+    tied: list[str] = []
+    for word in argv:
+        if tied and tied[-1].startswith("--") and _NEGATIVE_RANGE.fullmatch(word):
+            tied[-1] += f"={word}"
+        else:
+            tied.append(word)
+    return tied
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    """Answer all questions of some cards; a calibration card asks for a fit."""
+    from ..cards import Card, load_any
+    from ..report import as_json, as_record, heading, table
+
+    # All cards are read before the first is answered: mistakes show at once.
+    cards = [(path, load_any(path)) for path in arguments.cards]
+    for path, card in cards:
+        if not isinstance(card, Card) and chosen(arguments, "method", "tol"):
+            raise InvalidInput(f"{path!r} is a calibration, which takes neither --method nor --tol.")
+    folder = _folder(arguments)
+    code, documents = OK, []
+    with _progress(len(cards)) as progress:
+        for number, (path, card) in enumerate(cards):
+            if not isinstance(card, Card):
+                from .measurements import fit_card
+
+                progress.clear()
+                fit_code, document = fit_card(path, card, arguments, before="\n" if number else "")
+                code = max(code, fit_code)
+                documents.append(document)
+                progress.update()
+                continue
+            answers = card.ask(method=arguments.method, tol=arguments.tol)
+            if folder is not None:
+                folder.add(path, answers)
+            progress.clear()
+            for label, found in answers:
+                if isinstance(found, PeelOptError):
+                    complain(f"{path}: {label}: {found}")
+                    code = max(code, WRONG_INPUT if isinstance(found, InvalidInput) else FAILED)
+            if arguments.json:
+                records = [as_record(label, found) for label, found in answers]
+                documents.append({"card": path, "title": card.title, "answers": records})
+            else:
+                say(("\n" if number else "") + heading(card, path) + "\n\n" + table(answers))
+            progress.update()
+    if arguments.json:
+        say(as_json({"cards": documents}))
+    return code
+
+
+def _ask(arguments: argparse.Namespace) -> int:
+    """Answer one question about one rod."""
+    from ..cards import as_question
+    from ..report import as_json, as_record, sheet
+
+    given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
+    question, rod = as_question(**given), rod_from(arguments)
+    label, ask = question.label(rod), question.pose(rod)
+    folder = _folder(arguments)
+    try:
+        found = ask()
+    except PeelOptError as error:
+        if arguments.json and not isinstance(error, InvalidInput):
+            say(as_json(as_record(label, error)))
+        raise
+    if folder is not None:
+        folder.add("", [(label, found)])
+    say(as_json(as_record(label, found)) if arguments.json else sheet(label, found))
+    return OK
+
+
+def _folder(arguments: argparse.Namespace) -> Folder | None:
+    from ..report import Folder
+
+    return None if arguments.out is None else Folder(arguments.out, pictures=not arguments.no_plot)
+
+
+def _progress(total: int) -> Any:
+    """Return a bar on stderr, shown for several cards and to people only."""
+    from tqdm import tqdm
+
+    return tqdm(total=total, unit="card", leave=False, disable=total < 2 or not sys.stderr.isatty())
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="peel-opt",
+        description="Equilibria of a rod peeled off a plate by pressure, each with its certificate.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str, function: Any) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        sub.set_defaults(command=function)
+        return sub
+
+    files = "NPZ, CSV and a picture of each answer"
+    run = command("run", "answer the questions of problem cards", _run)
+    run.add_argument("cards", nargs="+", metavar="CARD", help="a TOML file such as those in problems/")
+    answer_options(run, "method")
+    output_options(run, files)
+
+    for asked, given, text, example in (
+        ("pressure", "length", "the pressure that holds a detached length", "1.9 mm"),
+        ("length", "pressure", "the detached length that a pressure holds", "60 kPa"),
+    ):
+        sub = command(asked, text, _ask)
+        sub.set_defaults(given=given)
+        sub.add_argument(f"--{given}", required=True, metavar="VALUE", help=f"such as '{example}'")
+        rod_options(sub)
+        sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
+        answer_options(sub, "law", "state", "method")
+        output_options(sub, files)
+    for module in (cli_curves, cli_measurements, cli_sweeps, cli_precision, cli_explore):
+        module.add_commands(command)
+    return parser

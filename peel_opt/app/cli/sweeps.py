@@ -1,0 +1,270 @@
+"""The commands over many rods: ``peel-opt sweep`` and ``peel-opt uncertainty``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...base.errors import InvalidInput
+from .common import (
+    FAILED,
+    OK,
+    AddCommand,
+    answer_options,
+    card_rod,
+    chosen,
+    complain,
+    out_folder,
+    output_options,
+    rod_options,
+    say,
+)
+
+if TYPE_CHECKING:
+    from ...model.rod import Rod
+
+#: Flags that describe the rod and the question: the name in Python, and an example.
+MATERIAL = {"k": "bending_stiffness", "T0": "adhesion_strength", "y0": "adhesion_range"}
+GIVEN = ("pressure", "length")
+
+RANGES = """\
+A VALUE is one number, a list A,B,C, or a range FROM:TO:COUNT, FROM:TO:COUNT:log:
+  peel-opt sweep --ratio 0.5:10:50:log --pressure-ratio 0.2:0.9:20 --out results/sweep
+  peel-opt sweep --card problems/aortic_flap.toml --length "1.5:3 mm:40"
+  peel-opt sweep --k "23 uN m" --T0 "100:200 kPa:11" --y0 "0.73 mm" --pressure "60 kPa,70 kPa"
+  peel-opt sweep --beta0 2,4 --lam -0.05:3:50
+An interrupted sweep goes on with the same command and --resume.
+exit codes: 0 all answered, 1 some points have no answer, 2 wrong input, 130 interrupted
+"""
+
+
+def add_commands(command: AddCommand) -> None:
+    """Add ``sweep`` and ``uncertainty`` to the command line."""
+    _add_sweep(command)
+    _add_uncertainty(command)
+
+
+def _add_sweep(command: AddCommand) -> None:
+    sub = command("sweep", "one question over a grid of rods, pressures or lengths", _sweep)
+    sub.formatter_class = argparse.RawDescriptionHelpFormatter
+    sub.epilog = RANGES
+    rod_options(
+        sub,
+        "--k, --T0 and --y0, or --ratio, or --card and what differs from it",
+        examples=("23 uN m", "100:200 kPa:11", "0.73 mm"),
+        ratio="eta/y0 alone, with --pressure-ratio or --length-ratio",
+    )
+    asked = sub.add_argument_group("question", "one of")
+    for name, example, ratio, ratios in (
+        ("pressure", "20 kPa:100 kPa:9", "p/T0", "0.2:0.9:20"),
+        ("length", "1.5:3 mm:40", "sbar/eta", "2:5:20"),
+    ):
+        asked.add_argument(f"--{name}", metavar="VALUE", help=f"such as '{example}'")
+        asked.add_argument(f"--{name}-ratio", metavar="VALUE", help=f"{ratio}, such as {ratios}")
+    asked.add_argument("--beta0", metavar="VALUE", help="the paper's groups: with --lam or --beta1")
+    asked.add_argument("--lam", metavar="VALUE", help="lambda = beta1 - pi^4, such as -0.05:3:50")
+    asked.add_argument("--beta1", metavar="VALUE", help="beta1 itself")
+    sub.add_argument("--zip", action="store_true", help="take the lists as columns, not all combinations")
+    _work_options(sub)
+    output_options(sub, "sweep.csv, sweep.npz, a picture and the journal")
+    sub.add_argument("--resume", action="store_true", help="go on with the journal under --out")
+    sub.add_argument("--netcdf", action="store_true", help="also write sweep.nc under --out")
+
+
+SPREADS = """\
+A spread follows its value: a standard deviation "+- 10 %" or "+- 2 uN m", by default of a normal
+distribution; "+- 10 % lognormal"; "+- 10 % uniform" and "20 uN m .. 26 uN m" for even ones:
+  peel-opt uncertainty --k "23 uN m +- 10 %" --T0 "140 kPa +- 5 %" --y0 "0.73 mm" --pressure "60 kPa"
+  peel-opt uncertainty --card problems/office_tape.toml --k "+- 20 % lognormal" --length "0.9 mm +- 10 um"
+Without a pressure or a length: the readhesion pressure and the length at the Maxwell point.
+"""
+
+
+def _add_uncertainty(command: AddCommand) -> None:
+    sub = command("uncertainty", "how uncertain an answer is whose inputs are", _uncertainty)
+    sub.formatter_class = argparse.RawDescriptionHelpFormatter
+    sub.epilog = SPREADS
+    rod_options(
+        sub,
+        "--k, --T0 and --y0, or --card; spreads alone with --card",
+        examples=("23 uN m +- 10 %", "140 kPa +- 5 %", "0.7 mm .. 0.8 mm"),
+        ratio="",
+    )
+    sub.add_argument("--pressure", metavar="VALUE", help="for the length; such as '60 kPa +- 2 kPa'")
+    sub.add_argument("--length", metavar="VALUE", help="for the pressure; such as '1.9 mm +- 50 um'")
+    sub.add_argument(
+        "--of", nargs="+", metavar="NAME", help="pressure, length, readhesion_pressure, maxwell_length"
+    )
+    sub.add_argument("--samples", type=int, default=256, metavar="N", help="a power of 2 (256)")
+    sub.add_argument("--seed", type=int, default=0, help="of the samples (0)")
+    sub.add_argument("--no-indices", action="store_true", help="no Sobol indices: a fraction of the work")
+    _work_options(sub)
+    output_options(sub, "samples.csv and a picture of each number")
+
+
+def _work_options(sub: argparse.ArgumentParser) -> None:
+    """Add how the points are answered, and by whom."""
+    answer_options(sub, "law", "state", "method")
+    sub.add_argument("--workers", type=int, metavar="N", help="processes; 1 for none (one a core, if long)")
+
+
+def _uncertainty(arguments: argparse.Namespace) -> int:
+    """Propagate, print and write; that some samples have no answer is part of the result."""
+    from ...studies.uncertainty.run import uncertainty
+    from ..report import as_json
+
+    rod, given, spread = _uncertain(arguments)
+    folder = out_folder(arguments)
+    names = ("of", "law", "state", "method", "tol", "workers", "samples", "seed")
+    options = chosen(arguments, *names) | given
+    found = uncertainty(rod, spread, indices=not arguments.no_indices, **options)
+    say(as_json(found.record()) if arguments.json else repr(found))
+    if folder is not None:
+        found.to_csv(folder / "samples.csv")
+        for name in found.quantities if not arguments.no_plot else ():
+            _draw(partial(found.plot, of=name), folder / f"{name}.png")
+    if any(not number.found.size for number in found.quantities.values()):
+        complain("no sample has an answer")
+        return FAILED
+    return OK
+
+
+def _uncertain(arguments: argparse.Namespace) -> tuple[Rod, dict[str, float], dict[str, str]]:
+    """Return the nominal rod, what is given, and the spreads as texts."""
+    from ...base.units import NUMBER, parse
+    from ...model.rod import Rod
+    from ...studies.uncertainty.inputs import KINDS, middle, split
+
+    base = None if arguments.card is None else card_rod(arguments.card)
+    plain = base is not None and base.dimensionless
+    spread: dict[str, str] = {}
+
+    def values(flags: Mapping[str, str], own: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+        """Return the values of flags by name, and note their spreads."""
+        found = {}
+        for flag, name in flags.items():
+            if (text := getattr(arguments, flag)) is None:
+                continue
+            value, around = split(text)
+            kind = NUMBER if plain else KINDS[name]
+            if value:
+                found[name] = parse(f"--{flag}", value, kind, own=own.get(name))
+            elif ".." in around:
+                found[name] = middle(f"--{flag}", around, kind)
+            if around:
+                spread[name] = around
+        return found
+
+    numbers = values(MATERIAL, {})
+    if missing := [f"--{flag}" for flag, name in MATERIAL.items() if name not in numbers and base is None]:
+        raise InvalidInput(f"a rod needs the value of {' and '.join(missing)} too.", remedy="Or give --card.")
+    rod = Rod(*(numbers[name] if name in numbers else getattr(base, name) for name in MATERIAL.values()))
+    given = values({name: name for name in GIVEN}, _own_units(rod))
+    if lost := [name for name in spread if name in GIVEN and name not in given]:
+        raise InvalidInput(f"--{lost[0]} has a spread but no value.")
+    if not spread:
+        raise InvalidInput(
+            "nothing is uncertain.", remedy="A spread follows its value: --k '23 uN m +- 10 %'."
+        )
+    return rod, given, spread
+
+
+def _own_units(rod: Rod) -> dict[str, dict[str, float]]:
+    """Return the units that a rod itself brings, by what they measure."""
+    return {
+        "pressure": {"T0": rod.adhesion_strength},
+        "length": {"eta": rod.eta, "y0": rod.adhesion_range},
+    }
+
+
+def _sweep(arguments: argparse.Namespace) -> int:
+    """Answer all points, write what came of them and say how many have no answer."""
+    from ...studies.sweep.files import csv_text, sweep_record
+    from ...studies.sweep.run import sweep
+    from ..report import as_json
+
+    axes, rod = _axes(arguments)
+    folder = _folder(arguments)
+    options = chosen(arguments, "law", "state", "method", "tol", "workers")
+    journal = None if folder is None else folder / "sweep.journal"
+    found = sweep(axes, rod=rod, zipped=arguments.zip, journal=journal, **options)
+    if arguments.json:
+        say(as_json(sweep_record(found)))
+    else:
+        say(csv_text(found).rstrip("\n") if folder is None else repr(found))
+    if folder is not None:
+        _write(found, folder, arguments)
+    if found.certified.all():
+        return OK
+    complain(found.summary())
+    return FAILED
+
+
+def _folder(arguments: argparse.Namespace) -> Path | None:
+    """Return the folder to write to; a journal there is taken up only on request."""
+    from ...studies.sweep.files import require_netcdf
+
+    if arguments.out is None:
+        if arguments.resume or arguments.netcdf:
+            raise InvalidInput("--resume and --netcdf need --out DIR.")
+        return None
+    if arguments.netcdf:
+        require_netcdf()
+    folder = out_folder(arguments)
+    assert folder is not None
+    if (folder / "sweep.journal").exists() and not arguments.resume:
+        raise InvalidInput(
+            f"{str(folder)!r} holds the journal of a sweep already.",
+            remedy="Go on with it by --resume, or name another folder.",
+        )
+    return folder
+
+
+def _write(found: Any, folder: Path, arguments: argparse.Namespace) -> None:
+    found.to_csv(folder / "sweep.csv")
+    found.save(folder / "sweep.npz")
+    if arguments.netcdf:
+        found.to_netcdf(folder / "sweep.nc")
+    if not arguments.no_plot and len(found.shape) <= 2:
+        _draw(found.plot, folder / "sweep.png")
+
+
+def _draw(plot: Callable[[], Any], path: Path) -> None:
+    """Write a picture, or say why there is none: the numbers stand."""
+    from ...plots import save_figure
+
+    try:
+        ax = plot()
+    except InvalidInput as error:  # too few answers for level lines, or for a distribution
+        complain(error)
+        return
+    save_figure(ax.figure, path, dpi=130.0)
+
+
+def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | None]:
+    """Return the axes in the order of the options above, and the rod they start from."""
+    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS
+    from ...studies.sweep.ranges import parse_range
+
+    rod = None if arguments.card is None else card_rod(arguments.card)
+    plain = rod is not None and rod.dimensionless
+    kinds = {"k": STIFFNESS, "T0": PRESSURE, "y0": LENGTH, "pressure": PRESSURE, "length": LENGTH}
+    # A rod that varies has no units of its own.
+    own = {} if rod is None or chosen(arguments, *MATERIAL) else _own_units(rod)
+    axes: dict[str, Any] = {}
+    for flag in (*MATERIAL, "ratio", "beta0", "beta1", "lam", *_GIVEN_FLAGS):
+        text = getattr(arguments, flag)
+        if text is not None:
+            kind = NUMBER if plain else kinds.get(flag, NUMBER)
+            signed = flag in ("beta0", "lam") or flag.startswith("pressure")
+            shown = "--" + flag.replace("_", "-")
+            axes[MATERIAL.get(flag, flag)] = parse_range(shown, text, kind, own=own.get(flag), signed=signed)
+    if not axes:
+        raise InvalidInput("give a rod and a question, at least one of them with several values.")
+    return axes, rod
+
+
+_GIVEN_FLAGS = tuple(f"{name}{ending}" for name in GIVEN for ending in ("", "_ratio"))

@@ -1,0 +1,304 @@
+"""The column of controls: what is asked, about which rod, how accurately."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from bokeh.models import (
+    Button,
+    Column,
+    CustomJSTickFormatter,
+    Div,
+    InlineStyleSheet,
+    RadioButtonGroup,
+    Row,
+    Select,
+    Slider,
+    TextInput,
+    Toggle,
+)
+
+from ...base.units import display
+from . import look
+from .curves import Curve
+from .diagram_panel import units
+from .moves import span
+from .state import CHOICES, State
+
+#: What the buttons of each choice say.
+WORDS: dict[str, tuple[str, ...]] = {
+    "units": ("paper's groups", "rod in SI"),
+    "given": ("β₀ and λ", "length", "pressure"),
+    "law": ("linear (Fig 2b)", "law (8)"),
+    "convention": ("delay", "Maxwell"),
+    "accuracy": ("sketch", "draft", "standard", "reference"),
+}
+TITLES = {
+    "units": "Units",
+    "given": "Given",
+    "law": "Adhesion law",
+    "convention": "Convention of the loop",
+    "accuracy": "Accuracy",
+}
+
+#: Units of the numbers of a rod.
+_SI = {"k": "N m", "T0": "Pa", "y0": "m"}
+
+_STEPS = 600
+
+
+def _style() -> list[InlineStyleSheet]:
+    return [InlineStyleSheet(css=look.WIDGETS)]
+
+
+class Number:
+    """A slider with a field beside it into which the number can be typed.
+
+    Parameters
+    ----------
+    name : str
+        The field of `State`.
+    title : str
+    logarithmic : bool
+    """
+
+    def __init__(self, name: str, title: str, *, logarithmic: bool = False) -> None:
+        self.name, self.logarithmic = name, logarithmic
+        options: dict[str, Any] = {"show_value": False}
+        if logarithmic:
+            options["format"] = CustomJSTickFormatter(code="return (10 ** tick).toPrecision(3)")
+        self.slider = Slider(
+            start=0.0,
+            end=1.0,
+            value=0.5,
+            step=0.01,
+            title=title,
+            width=look.SIDE - 112,
+            name=f"slider-{name}",
+            stylesheets=_style(),
+            **options,
+        )
+        self.field = TextInput(
+            title=title,
+            width=90,
+            name=f"field-{name}",
+            stylesheets=[InlineStyleSheet(css=look.WIDGETS + "label { position: absolute; left: -9999px; }")],
+        )
+        self.box = Row(self.slider, self.field, spacing=6)
+
+    def read(self) -> float:
+        """The number the slider shows, in its own unit."""
+        value = float(self.slider.value)
+        return 10.0**value if self.logarithmic else value
+
+    def show(self, value: float, low: float, high: float, text: str, title: str = "") -> None:
+        """Show a number within its range; the range grows to hold it."""
+        if self.logarithmic:
+            value, low, high = (math.log10(v) for v in (value, low, high))
+        low, high = min(low, value), max(high, value)
+        slider = self.slider
+        if (slider.start, slider.end) != (low, high):
+            # Never a range that does not hold the value, not even between two messages.
+            slider.update(start=min(low, slider.start, slider.value), end=max(high, slider.end, slider.value))
+            slider.update(value=value)
+            slider.update(start=low, end=high, step=(high - low) / _STEPS)
+        if slider.value != value:
+            slider.value = value
+        if self.field.value != text:
+            self.field.value = text
+        if title:
+            slider.title = title
+
+
+class Controls:
+    """All widgets; ``changed`` is called with the name of what somebody touched and its new value.
+
+    Parameters
+    ----------
+    on_choice : callable
+        (field, value) of a button or menu.
+    on_slider : callable
+        (field, value, rested) of a slider, while it moves and when it rests.
+    on_text : callable
+        (field, text) of something typed.
+    """
+
+    def __init__(
+        self,
+        on_choice: Callable[[str, str], None],
+        on_slider: Callable[[str, float, bool], None],
+        on_text: Callable[[str, str], None],
+    ) -> None:
+        self._quiet = False
+        self._length_unit = self._pressure_unit = 1.0
+        self.groups: dict[str, RadioButtonGroup] = {}
+        boxes: dict[str, Column] = {}
+        for field, labels in WORDS.items():
+            group = RadioButtonGroup(
+                labels=list(labels), active=0, width=look.SIDE - 8, name=field, stylesheets=_style()
+            )
+            group.on_change("active", self._chosen(field, on_choice))
+            self.groups[field] = group
+            boxes[field] = Column(_heading(TITLES[field]), group, spacing=0)
+        self.numbers = {
+            "beta0": Number("beta0", "β₀ = (s̄/η)³"),
+            "lam": Number("lam", "λ = β₁ − π⁴"),
+            "ratio": Number("ratio", "η/y₀", logarithmic=True),
+            "length": Number("length", "detached length s̄/η"),
+            "pressure": Number("pressure", "pressure p/T₀"),
+        }
+        for field, number in self.numbers.items():
+            number.slider.on_change("value", self._slid(number, on_slider, rested=False))
+            number.slider.on_change("value_throttled", self._slid(number, on_slider, rested=True))
+            number.field.on_change("value", self._typed(field, on_text))
+        self.texts = {
+            name: TextInput(
+                title=f"{title} [{unit}]", width=80, margin=5, name=f"field-{name}", stylesheets=_style()
+            )
+            for (name, title), unit in zip(
+                {"k": "k", "T0": "T₀", "y0": "y₀"}.items(), ("N m", "Pa", "m"), strict=True
+            )
+        }
+        for field, text in self.texts.items():
+            text.on_change("value", self._typed(field, on_text))
+        self.rod_box = Row(*self.texts.values(), spacing=0)
+        self.label = Select(
+            title="State",
+            options=[(value, value) for value in CHOICES["label"]],
+            value="unfolded",
+            width=120,
+            name="label",
+            stylesheets=_style(),
+        )
+        self.label.on_change("value", self._picked(on_choice))
+        self.play = Toggle(
+            label="▶ Play sweep",
+            width=look.SIDE - 142,
+            height=28,
+            name="play",
+            stylesheets=_style(),
+            margin=(22, 0, 0, 4),
+        )
+        self.buttons = {
+            name: Button(
+                label=label, width=width, name=f"save-{name}", stylesheets=_style(), margin=(0, 2, 0, 3)
+            )
+            for name, label, width in (
+                ("png", "PNG", 48),
+                ("svg", "SVG", 48),
+                ("csv", "CSV", 48),
+                ("card", "card", 48),
+                ("link", "link", 48),
+            )
+        }
+        self.spoken_sliders = {number.slider: number.field for number in self.numbers.values()}
+        self.spoken_groups = {group: TITLES[field] for field, group in self.groups.items()}
+        self.spoken_groups[self.play] = "Sweep"
+        self.nearest = Button(
+            label="Go to the nearest state",
+            button_type="warning",
+            width=look.SIDE - 8,
+            visible=False,
+            name="nearest",
+            stylesheets=_style(),
+        )
+        self.box = Column(
+            boxes["units"],
+            boxes["given"],
+            self.rod_box,
+            *(number.box for number in self.numbers.values()),
+            self.nearest,
+            Row(self.label, self.play, spacing=6),
+            boxes["law"],
+            boxes["convention"],
+            boxes["accuracy"],
+            Column(_heading("Take away"), Row(*self.buttons.values(), spacing=0), spacing=0),
+            width=look.SIDE,
+            spacing=5,
+        )
+
+    # --- from the widgets -----------------------------------------------------------------
+
+    def _chosen(self, field: str, on_choice: Callable[[str, str], None]) -> Callable[..., None]:
+        def changed(_attribute: str, _old: int, new: int) -> None:
+            if not self._quiet and new is not None:
+                on_choice(field, CHOICES[field][new])
+
+        return changed
+
+    def _picked(self, on_choice: Callable[[str, str], None]) -> Callable[..., None]:
+        def changed(_attribute: str, _old: str, new: str) -> None:
+            if not self._quiet:
+                on_choice("label", new)
+
+        return changed
+
+    def _slid(
+        self, number: Number, on_slider: Callable[[str, float, bool], None], *, rested: bool
+    ) -> Callable[..., None]:
+        def changed(_attribute: str, _old: float, _new: float) -> None:
+            if not self._quiet:
+                unit = {"length": self._length_unit, "pressure": self._pressure_unit}.get(number.name, 1.0)
+                on_slider(number.name, number.read() * unit, rested)
+
+        return changed
+
+    def _typed(self, field: str, on_text: Callable[[str, str], None]) -> Callable[..., None]:
+        def changed(_attribute: str, _old: str, new: str) -> None:
+            if not self._quiet:
+                on_text(field, new)
+
+        return changed
+
+    # --- to the widgets -------------------------------------------------------------------
+
+    def show(self, state: State, curve: Curve | None) -> None:
+        """Show a state; ``curve`` gives the range of lengths."""
+        self._quiet = True
+        try:
+            self._show(state, curve)
+        finally:
+            self._quiet = False
+
+    def _show(self, state: State, curve: Curve | None) -> None:
+        for field, group in self.groups.items():
+            group.active = CHOICES[field].index(getattr(state, field))
+        self.label.value = state.label
+        in_si, groups = state.units == "SI", state.given == "groups"
+        visible = {
+            "beta0": groups,
+            "lam": groups,
+            "ratio": not groups and not in_si,
+            "length": state.given == "length",
+            "pressure": state.given == "pressure",
+        }
+        for name, number in self.numbers.items():
+            number.box.visible = visible[name]
+        self.rod_box.visible = in_si
+        if in_si:
+            for name, text in self.texts.items():
+                text.value = display(getattr(state, name), _SI[name], 4)
+        if groups:
+            for name in ("beta0", "lam"):
+                value = getattr(state, name)
+                self.numbers[name].show(value, *span(state, name, curve), f"{value:.7g}")
+            return
+        if not in_si:
+            self.numbers["ratio"].show(state.ratio, *span(state, "ratio", curve), f"{state.ratio:.7g}")
+        self._length_unit, across, self._pressure_unit, up = units(state)
+        low, high = span(state, "length", curve)
+        unit = self._length_unit
+        text = display(state.length, "m") if in_si else f"{state.length:.7g}"
+        title = across if in_si else "detached length s̄/η"
+        self.numbers["length"].show(state.length / unit, low / unit, high / unit, text, title)
+        low, high = span(state, "pressure", curve)
+        unit = self._pressure_unit
+        text = display(state.pressure, "Pa") if in_si else f"{state.pressure:.7g}"
+        title = up if in_si else "pressure p/T₀"
+        self.numbers["pressure"].show(state.pressure / unit, low / unit, high / unit, text, title)
+
+
+def _heading(text: str) -> Any:
+    return Div(text=text, styles={"font-size": "12px", "color": look.FAINT}, margin=(0, 0, 0, 5))

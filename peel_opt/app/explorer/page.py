@@ -1,0 +1,308 @@
+"""One page: its state, its widgets and panels, and the work behind them.
+
+While a slider moves, a quick scene is computed on the event loop, of the newest value only.  When
+it rests, the full scene is computed in a thread and shown if it is still wanted.  Each document has a
+page of its own and shares nothing but remembered branches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.models import Column, GlobalInlineStyleSheet, Row
+
+from ...base.errors import PeelOptError
+from . import look, moves
+from .controls import Controls
+from .curves import Curve
+from .downloads import address, outbox, picture
+from .four_panels import FourPanels
+from .pace import Pace
+from .panels import Frame
+from .screen import Scene, full_scene, live_scene
+from .spoken import spoken
+from .state import State
+from .state_cards import to_card
+from .tables import scene_csv
+from .texts import costs, notes, text_box
+
+#: A slider has rested when nothing came for this long [ms].
+RESTED = 350
+
+#: Time from one frame of the sweep to the next [ms].
+FRAME = 90
+
+_WORKERS = ThreadPoolExecutor(max_workers=2, thread_name_prefix="peel-opt-explore")
+
+Submit = Callable[[Callable[[], Scene]], "Future[Scene]"]
+
+
+class Page:
+    """The explorer in one document.
+
+    Parameters
+    ----------
+    doc : Document
+    state : State
+    messages : tuple of str
+        To be shown at first, such as what a link could not mean.
+    submit : callable, optional
+        Runs a full computation off the event loop; by default in one of two threads.
+    """
+
+    def __init__(
+        self,
+        doc: Document,
+        state: State,
+        messages: tuple[str, ...] = (),
+        *,
+        submit: Submit = _WORKERS.submit,
+    ) -> None:
+        self.doc, self.state, self.messages = doc, state, messages
+        self._submit = submit
+        self.best: Curve | None = None
+        self.scene = live_scene(state)
+        self._token = 0
+        self._waiting = self._scheduled = self._held = False
+        self._rest: Any = None
+        self._sweep: Any = None
+        self._frames: tuple[Frame, ...] = ()
+        self._frame = 0
+        self.controls = Controls(self._choice, self._slider, self._text)
+        self.panels = FourPanels()
+        self.notes = text_box("notes", "alert", self.panels.width)
+        self.costs = text_box("costs", "status", look.SIDE - 8)
+        self.outbox, self.address = outbox(), address()
+        self.pace = Pace(self._caught_up)
+        self._assemble()
+        self._draw()
+        self.controls.show(state, self.scene.curve)
+        self._solve()
+
+    def _assemble(self) -> None:
+        grid = self.panels.grid()
+        for kind in ("png", "svg"):
+            self.controls.buttons[kind].js_on_click(picture(grid, kind))
+        self.controls.buttons["csv"].on_click(self._send_csv)
+        self.controls.buttons["card"].on_click(self._send_card)
+        self.controls.buttons["link"].on_click(self._send_link)
+        self.controls.nearest.on_click(self._to_nearest)
+        self.controls.play.on_change("active", self._play)
+        self.panels.diagram.figure.on_event("tap", self._tapped)
+        root = Row(
+            Column(self.controls.box, self.costs, spacing=6),
+            Column(self.panels.headline, grid, self.notes, spacing=0),
+            spacing=6,
+            margin=4,
+            stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
+        )
+        self.doc.title = "peel_opt explorer"
+        tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
+        self.doc.js_on_event("document_ready", tell)
+        self.pace.pulse.js_on_change("data", tell)  # after each picture
+        with self.doc.models.freeze():  # one look through all models, not one for each root
+            for model in (root, self.outbox, self.address, self.pace.pulse):
+                self.doc.add_root(model)
+        self.doc.on_session_destroyed(self._closed)
+
+    # --- what people do -------------------------------------------------------------------
+
+    def _choice(self, field: str, value: str) -> None:
+        self._try(lambda state: moves.chosen(state, field, value))
+
+    def _slider(self, field: str, value: float, rested: bool) -> None:
+        eq = self.scene.equilibrium
+        self._try(lambda state: moves.slid(state, field, value, eq), rested=rested)
+
+    def _text(self, field: str, text: str) -> None:
+        self._try(lambda state: state.typed(field, text))
+
+    def _tapped(self, event: Any) -> None:
+        if event.x is None or event.y is None:
+            return
+        spot = self.scene.diagram.nearest_spot(float(event.x), float(event.y))
+        if spot is not None:
+            self._try(lambda state: moves.picked(state, spot))
+
+    def _to_nearest(self) -> None:
+        nearest = self.scene.nearest
+        if nearest is not None:
+            self._try(lambda _: nearest)
+
+    def _try(self, change: Callable[[State], State], *, rested: bool = True) -> None:
+        """Change the state; what cannot be meant is said, and all stays as it was."""
+        self._stop()
+        try:
+            state = change(self.state)
+        except PeelOptError as error:
+            self._say((str(error),))
+            self.controls.show(self.state, self.scene.curve)
+            return
+        self.go_to(state, rested=rested)
+
+    def go_to(self, state: State, *, rested: bool = True) -> None:
+        """Show another state: at once quickly, fully when it rests."""
+        self.state, self.messages = state, ()
+        self._token += 1
+        self._waiting = rested
+        if not self._scheduled or self._held:
+            # One picture for all the values that come before it.
+            self._scheduled = True
+            self.doc.add_next_tick_callback(self._live)
+
+    # --- pictures -------------------------------------------------------------------------
+
+    def _caught_up(self) -> None:
+        if self._held:
+            self._live()
+
+    def _live(self) -> None:
+        if not self._scheduled:
+            return  # shown already, when the picture before had been painted
+        self._held = not self.pace.keeps_up()
+        if self._held:
+            return  # painted first; then the newest value is next
+        self._scheduled = False
+        self.scene = live_scene(self.state, best=self.best, before=self.scene.equilibrium)
+        self._draw()
+        self.controls.show(self.state, self.scene.curve)
+        if self._rest is not None:
+            self.doc.remove_timeout_callback(self._rest)
+            self._rest = None
+        if self._waiting:
+            self._solve()
+        else:
+            self._rest = self.doc.add_timeout_callback(self._rested, RESTED)
+
+    def _rested(self) -> None:
+        self._rest = None
+        self._solve()
+
+    def _solve(self) -> None:
+        """Compute the full scene off the event loop."""
+        self._waiting = False
+        token, state = self._token, self.state
+        self._costs("; solving …")
+
+        def work() -> Scene:
+            if token != self._token:
+                return self.scene  # nobody waits for it any more
+            return full_scene(state)
+
+        self._submit(work).add_done_callback(partial(self._done, token))
+
+    def _done(self, token: int, future: Future[Scene]) -> None:
+        # In the thread of the work: the document may only be touched from its own.
+        if token == self._token and not future.cancelled():
+            self.doc.add_next_tick_callback(partial(self._deliver, token, future))
+
+    def _deliver(self, token: int, future: Future[Scene]) -> None:
+        if token != self._token:
+            return
+        error = future.exception()
+        if error is not None:
+            self._say((f"The full computation failed: {error}",))
+            self._costs("; not solved")
+            return
+        scene = future.result()
+        self.scene, self.best = scene, scene.curve
+        if self._sweep is None:
+            self._draw()
+            self.controls.show(self.state, scene.curve)
+        self.address.data = {"query": [self.state.to_query()]}
+
+    def _draw(self) -> None:
+        scene = self.scene
+        self.doc.hold("combine")
+        try:
+            self.panels.show(scene)
+            self.controls.play.disabled = scene.loop is None
+            self.controls.nearest.visible = scene.nearest is not None
+            self._say(self.messages)
+            self._costs("")
+            self.pace.sent()
+        finally:
+            self.doc.unhold()
+
+    def _say(self, messages: tuple[str, ...]) -> None:
+        """Show messages as text, never as markup."""
+        self.notes.text = notes(self.scene, messages)
+
+    def _costs(self, doing: str) -> None:
+        """Show what the picture cost and how far to trust it, part by part."""
+        self.costs.text = costs(self.scene, doing)
+
+    # --- the sweep ------------------------------------------------------------------------
+
+    def _play(self, _attribute: str, _old: bool, new: bool) -> None:
+        if not new:
+            self._stop()
+            return
+        loop = self.scene.loop
+        if loop is None or self._sweep is not None:
+            return
+        self._frames, self._frame = loop.frames, 0
+        self.controls.play.label = "■ Stop"
+        self._sweep = self.doc.add_periodic_callback(self._step, FRAME)
+
+    def _step(self) -> None:
+        if not self.pace.keeps_up():
+            return
+        if self._frame >= len(self._frames):
+            self._stop()
+            return
+        frame, loop = self._frames[self._frame], self.scene.loop
+        self._frame += 1
+        assert loop is not None  # the sweep goes round it
+        try:
+            state = moves.framed(self.state, loop, frame)
+        except PeelOptError:
+            return  # outside what a state may be; the sweep goes on
+        scene = live_scene(state, best=self.best)
+        self.doc.hold("combine")
+        try:
+            if scene.rod is not None:  # otherwise the picture before stays for a moment
+                self.panels.show_moving(scene)
+                self.panels.diagram.place(scene.diagram.here)
+            self.panels.loop.place((frame.x, frame.y))
+            self.pace.sent()
+        finally:
+            self.doc.unhold()
+
+    def _stop(self) -> None:
+        """End the sweep and show the state again."""
+        if self._sweep is None:
+            return
+        self.doc.remove_periodic_callback(self._sweep)
+        self._sweep = None
+        self.controls.play.label = "▶ Play sweep"
+        self.controls.play.active = False
+        self._draw()
+
+    def _closed(self, _context: Any) -> None:
+        self._token += 1  # work that has not begun is not begun any more
+
+    # --- taking away ----------------------------------------------------------------------
+
+    def _send(self, name: str, text: str, kind: str) -> None:
+        number = self.outbox.data["number"][0] + 1
+        self.outbox.data = {"name": [name], "text": [text], "kind": [kind], "number": [number]}
+
+    def _send_csv(self) -> None:
+        self._send("peel_opt.csv", scene_csv(self.scene), "text/csv")
+
+    def _send_card(self) -> None:
+        try:
+            self._send("peel_opt.toml", to_card(self.state), "application/toml")
+        except PeelOptError as error:
+            self._say((str(error),))
+
+    def _send_link(self) -> None:
+        query = self.state.to_query()
+        self.address.data = {"query": [query]}
+        self._send("link", f"?{query}", "clipboard")
+        self._say((f"The link in the address bar restores this state: ?{query}",))

@@ -1,0 +1,222 @@
+"""Which states a page shows that was computed beforehand: places along the branches of a few relatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...base.errors import InvalidInput, NoEquilibrium, PeelOptError
+from ...base.units import display
+from ...model.rod import RATIOS
+from .curves import Curve, traced
+from .diagram_panel import coordinates
+from .loop_panel import OFF_FOLD
+from .screen import Scene, full_scene
+from .state import State
+
+#: Relatives of a state: its beta0 and its eta/y0, times these.
+BETA0_FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
+RATIO_FACTORS = (0.5, 1.0, 2.0)
+
+#: What stands for relatives of beta0 = 0, which has none.
+FROM_ZERO = (0.0, 1.0, 2.0, 4.0)
+
+#: Detached states of a rod on a plate; the others are spurious.
+_LABELS = ("middle", "lower", "folded")
+
+
+#: An answer farther than this from where its branch was, in shares of the picture, is another one.
+ELSEWHERE = 0.02
+
+
+@dataclass(frozen=True)
+class Place:
+    """A state to be solved, and where its branch has it: (x, y) in the coordinates of the diagram."""
+
+    state: State
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Relative:
+    """One choice of the page.
+
+    Parameters
+    ----------
+    name : str
+        What its button says: the number that tells it from the others.
+    state : State
+    asked : bool
+        Whether it is the problem the page was asked for.
+    """
+
+    name: str
+    state: State
+    asked: bool
+
+
+def relatives(state: State, values: Sequence[float] | None = None) -> tuple[Relative, ...]:
+    """Return the problems to choose from: other beta0 in the groups, other eta/y0 of a rod.
+
+    Parameters
+    ----------
+    state : State
+    values : sequence of float, optional
+        The beta0 or eta/y0 wanted; without them a few around that of ``state``, which is always one of
+        them.  A rod in SI units keeps k and T0, and y0 changes.
+
+    Returns
+    -------
+    tuple of Relative
+
+    Raises
+    ------
+    InvalidInput, OutOfRange
+        If a value cannot be meant.
+    """
+    # Solved and traced to the same accuracy, whatever an explorer was doing when it was left.
+    state = state.changed(accuracy="standard")
+    own = state.beta0 if state.given == "groups" else state.effective_ratio
+    if values is not None:
+        wanted = [float(v) for v in values]
+        if not all(math.isfinite(v) for v in wanted):
+            raise InvalidInput(f"the values to choose from must be finite, got {wanted}.")
+    elif state.given != "groups":
+        wanted = [v for f in RATIO_FACTORS if RATIOS[0] <= (v := f * own) <= RATIOS[1]]
+    else:
+        wanted = [f * own for f in BETA0_FACTORS] if own else list(FROM_ZERO)
+        if state.law != "linear":
+            wanted = [v for v in wanted if v]
+    others = [v for v in wanted if not math.isclose(v, own, rel_tol=1e-12)]
+    return tuple(_relative(state, v, asked=v == own) for v in sorted([own, *others]))
+
+
+def _relative(state: State, value: float, *, asked: bool) -> Relative:
+    if state.given == "groups":
+        return Relative(f"{value:.4g}", state if asked else state.changed(beta0=value), asked)
+    if state.units == "groups":
+        return Relative(f"{value:.4g}", state if asked else state.changed(ratio=value), asked)
+    y0 = state.y0 if asked else state.y0 * state.effective_ratio / value
+    return Relative(f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked)
+
+
+def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
+    """Return the branch that leaves T, and places spread along it as it is drawn.
+
+    Parameters
+    ----------
+    state : State
+    count : int
+        Most places.
+
+    Returns
+    -------
+    curve : Curve
+    places : tuple of Place
+        From T on.  A rod is asked for its length given the pressure: well posed at all of them but the
+        minimum pressure, as lambda is but at the fold; there the place is a little after it.
+
+    Raises
+    ------
+    NoEquilibrium
+        If the branch has no detached state within what is drawn.
+    PeelOptError
+        If the branch cannot be traced.
+    """
+    curve = traced(state)
+    assert curve is not None  # only a sketch is not traced
+    x, y = coordinates(state, curve)
+    rows = np.flatnonzero(np.isin(curve.state, _LABELS) & (np.abs(curve.alpha1) > 1e-9))
+    if not len(rows):
+        raise NoEquilibrium(f"no detached state is found along the branch at {state.words}.")
+    if abs(curve.alpha1[rows[0]]) > abs(curve.alpha1[rows[-1]]):
+        rows = rows[::-1]
+    along = _along(x[rows], y[rows])
+    wanted = np.linspace(0.0, along[-1], count)
+    picked = np.unique(np.abs(along[:, None] - wanted).argmin(axis=0))
+    folds = {s.row for s in curve.specials if s.kind == ("LP-lambda" if state.rod is None else "LP-pressure")}
+    found = []
+    for i in picked:
+        row, after = int(rows[i]), int(rows[min(i + 1, len(rows) - 1)])
+        value, near = _given(state, curve, row)
+        label = str(curve.state[row])
+        if row in folds:
+            value += OFF_FOLD * (_given(state, curve, after)[0] - value)
+            label = str(curve.state[after])
+        asked = state if state.rod is None else state.changed(given="pressure")
+        # At a given lambda or pressure the unfolded ones are unique; without a search for others.
+        at = asked.at(value).changed(label=label, near=near if label == "folded" else None)
+        found.append(Place(at, float(x[row]), float(y[row])))
+    return curve, tuple(found)
+
+
+def _given(state: State, curve: Curve, row: int) -> tuple[float, float]:
+    """The number that is given at a point of the branch, and the answer there."""
+    rod = state.rod
+    if rod is None:
+        return float(curve.lam[row]), float(curve.alpha1[row])
+    return float(rod.pressure(curve.pressure_ratio[row])), float(rod.length(curve.length_ratio[row]))
+
+
+def _along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Length along a line as it is drawn, both axes filling the picture."""
+    u, v = (np.diff(w) / (np.ptp(w) or 1.0) for w in (x, y))
+    return np.concatenate([[0.0], np.cumsum(np.hypot(u, v))])
+
+
+def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...], int, bool]:
+    """Let the state itself take the place nearest to it.
+
+    Returns
+    -------
+    places : tuple of Place
+    nearest : int
+        The number of the place at or nearest to the state; the first where there is no such state.
+    shown : bool
+        Whether the state is among the places: not if it does not exist, is straight or spurious, or
+        belongs to another branch.
+    """
+    scene = full_scene(state)
+    here = scene.diagram.here
+    if here is None:
+        return found, 0, False
+    x, y = (np.array([getattr(p, name) for p in found]) for name in ("x", "y"))
+    u, v = (x - here[0]) / (np.ptp(x) or 1.0), (y - here[1]) / (np.ptp(y) or 1.0)
+    nearest = int(np.hypot(u, v).argmin())
+    eq = scene.equilibrium
+    if eq is None or eq.state not in _LABELS or _off(scene, state, here) > ELSEWHERE:
+        return found, nearest, False
+    return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest, True
+
+
+def _off(scene: Scene, state: State, here: tuple[float, float]) -> float:
+    """Distance of a state from the branch as it is drawn, in shares of the picture."""
+    panel = scene.diagram
+    x, y = coordinates(state, scene.curve)
+    # The state is the origin; what is not finite, beta0 = 0 over T0, is not drawn.
+    u, v = (x - here[0]) / (panel.x.high - panel.x.low), (y - here[1]) / (panel.y.high - panel.y.low)
+    drawn = np.isfinite(u) & np.isfinite(v)
+    corners = np.stack([u[drawn], v[drawn]], axis=1)
+    start, along = corners[:-1], np.diff(corners, axis=0)
+    size = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(-(start * along).sum(axis=1) / size, 0.0, 1.0)
+    return float(np.hypot(*(start + share[:, None] * along).T).min())
+
+
+def solved(place: Place) -> Scene | None:
+    """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
+    try:
+        scene = full_scene(place.state)
+    except PeelOptError:
+        return None
+    here, panel = scene.diagram.here, scene.diagram
+    if scene.equilibrium is None or here is None:
+        return None
+    off = math.hypot(
+        (here[0] - place.x) / (panel.x.high - panel.x.low), (here[1] - place.y) / (panel.y.high - panel.y.low)
+    )
+    return scene if off < ELSEWHERE else None

@@ -1,0 +1,74 @@
+"""What is drawn as a table: CSV text with the units in its header."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+
+from .screen import Scene
+
+COLUMNS = ("panel", "series", "x", "y", "x_quantity", "y_quantity")
+
+Row = tuple[str, str, float, float, str, str]
+
+
+def scene_csv(scene: Scene) -> str:
+    """Return everything drawn as CSV: one row for each point, under comments that say what it is.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    str
+        Comment lines start with "#"; the columns are those of `COLUMNS`.  Arrows are rows "tail" and
+        "head" in turn.
+    """
+    text = io.StringIO()
+    text.write(f"# peel_opt explore: {scene.state.words}\n")
+    text.write(f"# link: ?{scene.state.to_query()}\n")
+    if scene.answer is not None:
+        kind = "certified" if scene.answer.certified else "not certified"
+        text.write(f"# {scene.answer.headline} ({scene.answer.label}, {scene.answer.law} law, {kind})\n")
+    if scene.message:
+        text.write(f"# {scene.message}\n")
+    for part in scene.parts:
+        text.write(f"# {part.name}: {part.method}, {part.seconds:.3g} s, error {part.error}\n")
+    for warning in scene.warnings:
+        text.write(f"# warning: {warning}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(_rows(scene))
+    return text.getvalue()
+
+
+def _rows(scene: Scene) -> Iterator[Row]:
+    panels = (
+        ("rod", scene.rod),
+        ("diagram", scene.diagram),
+        ("potential", scene.potential),
+        ("loop", scene.loop),
+    )
+    for name, panel in panels:
+        if panel is None:
+            continue
+        quantities = (panel.x.label, panel.y.label)
+        for line in panel.lines:
+            yield from (
+                (name, line.look, float(x), float(y), *quantities)
+                for x, y in zip(line.x, line.y, strict=True)
+            )
+        for mark in getattr(panel, "marks", ()):
+            yield name, f"mark {mark.letter} {mark.look}", mark.x, mark.y, *quantities
+        for kind in ("here", "ball"):
+            place = getattr(panel, kind, None)
+            if place is not None:
+                yield name, "state", place[0], place[1], *quantities
+    if scene.rod is not None:
+        quantities = (scene.rod.x.label, scene.rod.y.label)
+        for arrows in scene.rod.arrows:
+            for x0, y0, x1, y1 in zip(arrows.x0, arrows.y0, arrows.x1, arrows.y1, strict=True):
+                yield "rod", f"{arrows.look} tail", float(x0), float(y0), *quantities
+                yield "rod", f"{arrows.look} head", float(x1), float(y1), *quantities

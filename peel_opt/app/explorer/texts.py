@@ -1,0 +1,82 @@
+"""The texts of the page as markup; whatever comes from people or cards is escaped."""
+
+from __future__ import annotations
+
+import html
+import math
+import textwrap
+
+from bokeh.models import Div
+
+from . import look
+from .screen import Scene
+
+
+def text_box(name: str, role: str, width: int) -> Div:
+    """Return an empty text that screen readers follow."""
+    box = Div(
+        text="",
+        name=name,
+        width=width,
+        styles={"font-size": look.FONT, "color": look.INK, "line-height": "1.3"},
+    )
+    if "html_attributes" in Div.properties():  # since Bokeh 3.6: screen readers hear of changes
+        box.html_attributes = {"role": role, "aria-live": "polite"}
+    return box
+
+
+def headline(scene: Scene) -> str:
+    """Return the answer with its error, and what kind of state it is."""
+    answer = scene.answer
+    words = html.escape(scene.state.words)
+    if answer is None:
+        said = "adhered" if scene.state.label == "adhered" else "no such state"
+        return f'<span style="font-size:17px"><b>{said}</b> at {words}</span>'
+    numbers = ", ".join(f"{html.escape(n)} = {html.escape(v)}" for n, v in answer.numbers)
+    verdict = "certified" if answer.certified else "not certified"
+    return (
+        f'<span style="font-size:17px"><b>{html.escape(answer.headline)}</b> at {words}</span><br>'
+        f"{html.escape(answer.label)} state, {html.escape(answer.law)} law, {verdict}"
+        f" (certificate {answer.certificate:.0e}); {numbers}"
+    )
+
+
+def _time(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "-"
+    if seconds >= 1.0:
+        return f"{seconds:.1f} s"
+    if seconds < 1e-4:
+        return "< 0.1 ms"
+    return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.1f} ms"
+
+
+def wrapped(text: str, width: int = 52) -> str:
+    """Return a text in lines that fit into a panel."""
+    return "\n".join(textwrap.wrap(text, width))
+
+
+def notes(scene: Scene, messages: tuple[str, ...]) -> str:
+    """Return what must be said: messages and missing states first, then warnings."""
+    urgent = [*messages, *([scene.message] if scene.message else [])]
+    calm = [*scene.warnings, *([] if scene.loop is None else [scene.loop.note])]
+    lines = [f'<b style="color:#8C2D04">{html.escape(text)}</b>' for text in urgent]
+    return "<br>".join([*lines, *(html.escape(text) for text in calm)])
+
+
+def costs(scene: Scene, doing: str) -> str:
+    """Return what the picture cost and how far to trust it, part by part."""
+    kind = "Full picture" if scene.full else "Quick picture"
+    rows = "".join(
+        f'<tr><td title="{html.escape(part.method)}">{html.escape(part.name)}</td>'
+        f'<td style="white-space:nowrap">{_time(part.seconds)}</td><td>'
+        f"{html.escape(part.error)}</td></tr>"
+        for part in scene.parts
+    )
+    how = "; ".join(f"{part.name} by {part.method}" for part in scene.parts)
+    return (
+        f"<b>{kind} in {_time(scene.seconds)}</b>{doing}"
+        '<table style="border-spacing:6px 1px; margin-left:-6px"><thead><tr style="text-align:left">'
+        f"<th></th><th>time</th><th>error</th></tr></thead><tbody>{rows}</tbody></table>"
+        f'<span style="color:{look.FAINT}; font-size:12px">{html.escape(how)}.</span>'
+    )

@@ -1,0 +1,93 @@
+"""What the explorer says: the answer in numbers, and where a picture leaves its range."""
+
+from __future__ import annotations
+
+import math
+
+from ...analysis.maxwell import TURN
+from ...base.units import display_with_error
+from ...equilibria.result import Equilibrium
+from .curves import Curve
+from .panels import Answer
+from .potential_panel import Landscape
+from .state import State
+
+#: What the flags of an equilibrium mean to somebody who looks at its picture.
+MEANINGS = {
+    "y > y0": "y > y₀: the rod leaves the range of the linear law, which pushes there. Try law (8).",
+    "p < 0": "p < 0: the pressure pushes towards the plate.",
+    "y < 0": "y < 0: the rod passes through the plate.",
+    "alpha1 > 0": "Spurious: α₁ > 0 means y < 0, which no rod on a rigid plate does.",
+    "overhang": "The rod is folded back over itself (|θ| > 90°).",
+    "tip on plate": "The tip is held down to the plate.",
+    "self-contact": "The rod crosses itself: contact is not modelled.",
+}
+
+#: Share of the state's alpha1 by which the potential may miss it without a word.
+_OFF = 0.02
+
+
+def answer_of(eq: Equilibrium) -> Answer:
+    """Return the answer in numbers, with the units of its rod."""
+    if eq.rod is not None and not eq.rod.dimensionless:
+        asked = "pressure" if eq.answered == "pressure_ratio" else "length"
+        value, unit, size = (
+            (eq.pressure, "Pa", eq.rod.adhesion_strength)
+            if asked == "pressure"
+            else (eq.length, "m", eq.rod.eta)
+        )
+        symbol = "p" if asked == "pressure" else "s̄"
+        headline = f"{symbol} = {display_with_error(value, eq.error * size, unit)}"
+    else:
+        symbol = {"pressure_ratio": "p/T₀", "length_ratio": "s̄/η", "alpha1": "α₁"}[eq.answered]
+        headline = f"{symbol} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
+    pairs = [("β₀", eq.beta0), ("λ", eq.lam), ("α₁", eq.alpha1)]
+    if eq.beta0:
+        pairs += [("p/T₀", eq.pressure_ratio), ("s̄/η", eq.length_ratio), ("η/y₀", eq.ratio)]
+    return Answer(
+        headline=headline,
+        numbers=tuple((name, f"{value:.6g}") for name, value in pairs),
+        label=eq.state,
+        law=eq.law,
+        certified=eq.certified,
+        error=eq.error,
+        certificate=eq.certificate,
+    )
+
+
+def _digits(eq: Equilibrium) -> int:
+    """As many digits as the error leaves, 12 at most."""
+    if not eq.answer or not eq.error:
+        return 12
+    return min(max(math.floor(math.log10(abs(eq.answer) / eq.error)) + 1, 2), 12)
+
+
+def warnings_of(
+    state: State, eq: Equilibrium | None, curve: Curve, land: Landscape | None, off: float, full: bool
+) -> tuple[str, ...]:
+    """Return what must be said beside the pictures."""
+    said = [MEANINGS[flag] for flag in (eq.flags if eq else ()) if flag in MEANINGS]
+    if eq is not None and eq.state == "other":
+        said.append("This state is not on the branch that leaves T.")
+    beta0 = state.beta0 if state.given == "groups" else (eq.beta0 if eq else 0.0)
+    if beta0 >= TURN:
+        said.append(
+            f"β₀ = {beta0:.4g} is above {TURN:.2f}: the branch from T at this β₀ has no fold, so the"
+            " potential shown is that of the normal form (33), far outside its range."
+        )
+    elif land is not None and land.source.startswith("normal form") and state.accuracy != "sketch":
+        said.append("The potential is that of the normal form (33) until the slider rests.")
+    elif land is not None and land.missing:
+        missing = " and ".join(land.missing)
+        said.append(f"Not on this potential: {missing}; the branch it comes from is not known that far.")
+    elif eq is not None and math.isfinite(off) and off > _OFF * abs(eq.alpha1):
+        said.append(f"The ball is not at a critical point: the potential misses the solved α₁ by {off:.2g}.")
+    if not curve.ended:
+        last = float(curve.pressure_ratio[-1])
+        where = f"to p/T₀ = {last:.3g}" if curve.hold == "ratio" else f"to λ = {float(curve.lam[-1]):.3g}"
+        said.append(f"The branch is drawn {where} so far; the rest comes when the slider rests.")
+    elif curve.ended in ("stalled", "limit"):
+        said.append("The branch was followed only this far.")
+    if state.given != "groups" and curve.index is None and full:
+        said.append("Stability of the folded part is not computed at this accuracy.")
+    return tuple(said)

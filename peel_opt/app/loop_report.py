@@ -1,0 +1,166 @@
+"""Hysteresis loops for people and for programs: a table of jumps, JSON, and files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..analysis.lambda_loop import HysteresisLoop
+from ..analysis.pressure_loop import PressureLoop
+from ..base.files import save_arrays, write_csv
+from ..base.units import display
+from ..equilibria.storage import Units
+from .report import aligned, describe_rod, slug
+
+Loop = HysteresisLoop | PressureLoop
+
+SCHEMA = "peel_opt hysteresis"
+SCHEMA_VERSION = 1
+
+#: What the rod does at a jump.
+JUMPS = {"up": "peels off", "down": "re-adheres"}
+
+_DIGITS = 10
+
+
+def loop_table(loop: Loop) -> str:
+    """Return what was swept, the jumps, and the area they enclose."""
+    if isinstance(loop, PressureLoop):
+        title = f"loop in the pressure, law (8), delay convention, {describe_rod(loop.rod)}"
+        rows, area = _pressure_rows(loop), _pressure_area(loop)
+    else:
+        states = "solved states" if loop.source == "solver" else f"normal form: {loop.source}"
+        title = f"loop in lambda, linear law, {loop.convention} convention, {states}, beta0 = {loop.beta0:g}"
+        rows = [["jump", "what", "lambda", "alpha1 before", "alpha1 after"]]
+        for jump in loop.jumps:
+            values = (_text(v) for v in (jump.lam, jump.alpha1_before, jump.alpha1_after))
+            rows.append([jump.direction, JUMPS[jump.direction], *values])
+        area = f"{_text(loop.area)} (lambda times alpha1, no unit)"
+    table = aligned(rows) if loop.jumps else "no jumps: the detached state grows out of the straight rod"
+    lines = [title, "", table, "", f"area: {area}", f"states: {', '.join(loop.visited)}"]
+    if (error := _largest_error(loop)) is not None:
+        lines.append(f"error of the solved states up to {error:.1e}")
+    return "\n".join([*lines, loop.not_computed] if loop.not_computed else lines)
+
+
+def _pressure_rows(loop: PressureLoop) -> list[list[str]]:
+    """Rows of the table of jumps: with units, unless the rod has only its own."""
+    T0, eta = loop.rod.adhesion_strength, loop.rod.eta
+    units = not loop.rod.dimensionless
+    rows = [["jump", "what", *(["pressure", "length before", "length after"] if units else [])]]
+    rows[0] += ["p/T0", "sbar/eta before", "sbar/eta after"]
+    for jump in loop.jumps:
+        lengths = (jump.length_before, jump.length_after)
+        cells = [jump.direction, JUMPS[jump.direction]]
+        if units:
+            cells += [display(jump.pressure, "Pa", 8), *(display(v, "m", 8) if v else "0 m" for v in lengths)]
+        rows.append([*cells, _text(jump.pressure / T0), *(_text(v / eta) for v in lengths)])
+    return rows
+
+
+def _pressure_area(loop: PressureLoop) -> str:
+    digits = loop.area_digits
+    scaled = f"{loop.area / (loop.rod.adhesion_strength * loop.rod.eta):.{digits}g} T0 eta"
+    return scaled if loop.rod.dimensionless else f"{display(loop.area, 'Pa m', min(digits, 8))} = {scaled}"
+
+
+def loop_record(loop: Loop) -> dict[str, Any]:
+    """Return a loop without its states as plain data, with units in the keys."""
+    if isinstance(loop, PressureLoop):
+        units = Units.of(loop.rod)
+        T0, eta = loop.rod.adhesion_strength, loop.rod.eta
+        head: dict[str, Any] = {"swept": "pressure", "law": "cohesive", "convention": "delay"}
+        head |= {"source": "solver", **units.rod(loop.rod)}
+        jumps = [
+            {
+                "direction": jump.direction,
+                f"pressure [{units.pressure}]": jump.pressure,
+                f"length_before [{units.length}]": jump.length_before,
+                f"length_after [{units.length}]": jump.length_after,
+                "pressure_ratio": jump.pressure / T0,
+                "length_ratio_before": jump.length_before / eta,
+                "length_ratio_after": jump.length_after / eta,
+                "lam": jump.lam,
+                "alpha1": jump.alpha1,
+            }
+            for jump in loop.jumps
+        ]
+        area = f"area [{units.pressure} {units.length}]"
+        head |= {area: loop.area, "area_ratio": loop.area / (T0 * eta)}
+        head |= {"area_ratio_error": loop.area_error / (T0 * eta)}
+    else:
+        head = {"swept": "lambda", "law": "linear", "convention": loop.convention}
+        head |= {"source": loop.source, "beta0": loop.beta0}
+        names = ("direction", "lam", "alpha1_before", "alpha1_after")
+        jumps = [{name: getattr(jump, name) for name in names} for jump in loop.jumps]
+        head |= {"area": loop.area}
+    head |= {"jumps": jumps, "states": list(loop.visited), "error": _largest_error(loop)}
+    return head | {"not_computed": loop.not_computed}
+
+
+def write_loop(loop: Loop, folder: Path, *, picture: bool = True) -> list[Path]:
+    """Write NPZ, CSV and a picture, named after what is swept; return the files.
+
+    Both tables have one row for each state in the order of the sweeps, which "leg" names; the
+    rows of "between" are the unfolded states of a rod, which the loop does not visit.
+
+    Raises
+    ------
+    InvalidInput
+        If a file cannot be written.
+    """
+    columns = _columns(loop)
+    head = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, **loop_record(loop)}
+    name = _name(loop)
+    files = [
+        save_arrays(folder / f"{name}.npz", head, columns),
+        write_csv(folder / f"{name}.csv", head.items(), columns),
+    ]
+    if picture:
+        from ..plots import save_figure
+
+        figure = loop.plot().figure
+        assert isinstance(figure, Figure)
+        files.append(save_figure(figure, folder / f"{name}.png"))
+    return files
+
+
+def _name(loop: Loop) -> str:
+    if isinstance(loop, HysteresisLoop):
+        form = "" if loop.source == "solver" else f"-{loop.source}"
+        return slug(f"hysteresis-beta0-{loop.beta0:.6g}-{loop.convention}{form}")
+    return slug(f"hysteresis-ratio-{loop.rod.ratio:.6g}") if loop.rod.dimensionless else "hysteresis-rod"
+
+
+def _columns(loop: Loop) -> dict[str, np.ndarray]:
+    """Return the states of all sweeps by title, with the unit in it."""
+    legs: dict[str, Any] = {"up": loop.up, "down": loop.down}
+    if isinstance(loop, PressureLoop):
+        legs["between"] = loop.between
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([getattr(leg, name) for leg in legs.values()])
+
+    columns = {"leg": np.repeat(list(legs), [len(leg) for leg in legs.values()])}
+    if isinstance(loop, PressureLoop):
+        units = Units.of(loop.rod)
+        pressure, length = joined("pressure"), joined("length")
+        columns |= {f"pressure [{units.pressure}]": pressure, f"length [{units.length}]": length}
+        columns["pressure_ratio"] = pressure / loop.rod.adhesion_strength
+        columns["length_ratio"] = length / loop.rod.eta
+    else:
+        columns |= {name: joined(name) for name in ("lam", "alpha1")}
+    return columns | {name: joined(name) for name in ("state", "error")}
+
+
+def _largest_error(loop: Loop) -> float | None:
+    """Return the largest error of a visited state; None where they come from a normal form."""
+    error = float(max(loop.up.error.max(), loop.down.error.max()))
+    return None if np.isnan(error) else error
+
+
+def _text(value: float) -> str:
+    return f"{0.0 if abs(value) < 1e-12 else value:.{_DIGITS}g}"

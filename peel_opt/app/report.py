@@ -1,0 +1,215 @@
+"""Answers for people and for programs: text, JSON, and files of their own."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import InvalidInput, PeelOptError
+from ..base.files import as_path, atomic_write
+from ..base.units import display
+from ..equilibria.result import Equilibrium
+from ..equilibria.storage import equilibrium_record, save_equilibrium, write_equilibrium_csv
+from ..model.rod import Rod
+from .cards import Card
+from .tables import one_line
+
+#: A question's label and what came of it.
+Answered = tuple[str, Equilibrium | PeelOptError]
+
+#: As many digits as the default tolerance guarantees.
+DIGITS = 8
+
+
+def describe_rod(rod: Rod) -> str:
+    """Return the rod in one line, with units unless it has only its own."""
+    if rod.dimensionless:
+        return f"eta/y0 = {rod.ratio:.6g}"
+    named = (
+        ("k", rod.bending_stiffness, "N m"),
+        ("T0", rod.adhesion_strength, "Pa"),
+        ("y0", rod.adhesion_range, "m"),
+        ("eta", rod.eta, "m"),
+    )
+    values = [f"{symbol} = {display(value, unit, 4)}" for symbol, value, unit in named]
+    return ", ".join([*values, f"eta/y0 = {rod.ratio:.4g}"])
+
+
+def cells(eq: Equilibrium) -> dict[str, str]:
+    """Return what a reader wants to know of an answer, as texts by title."""
+    found: dict[str, str] = {}
+    if eq.rod is None:
+        found |= {"alpha": _number(eq.alpha), "alpha1": _number(eq.alpha1), "beta0": f"{eq.beta0:g}"}
+        found |= {"lambda": f"{eq.lam:g}"}
+    elif not eq.rod.dimensionless:
+        found |= {"pressure": display(eq.pressure, "Pa", DIGITS), "length": display(eq.length, "m", DIGITS)}
+    return found | {
+        "p/T0": _number(eq.pressure_ratio),
+        "sbar/eta": _number(eq.length_ratio),
+        "state": eq.state,
+        "law": eq.law,
+        "status": eq.status,
+        "error": f"{eq.error:.1e}",
+        "certificate": f"{eq.certificate:.1e}",
+        "flags": ", ".join(eq.flags) or "-",
+    }
+
+
+def table(answers: Sequence[Answered]) -> str:
+    """Return one line for each question; the error column belongs to p/T0, sbar/eta or alpha1."""
+    rows: list[dict[str, str]] = [
+        {"question": label}
+        | (cells(found) if isinstance(found, Equilibrium) else {"status": found.status, "flags": "-"})
+        for label, found in answers
+    ]
+    titles = list(next((row for row in rows if "error" in row), rows[0]))
+    return aligned([titles] + [[row.get(title, "-") for title in titles] for row in rows])
+
+
+def aligned(lines: Sequence[Sequence[str]]) -> str:
+    """Return rows of texts as columns that start below each other."""
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def sheet(label: str, eq: Equilibrium) -> str:
+    """Return one answer, a line for each number."""
+    found = ({} if eq.rod is None else {"rod": describe_rod(eq.rod)}) | cells(eq)
+    width = max(map(len, found))
+    return "\n".join([label, *(f"  {title.ljust(width)}  {text}" for title, text in found.items())])
+
+
+def heading(card: Card, path: str) -> str:
+    """Return what the answers of a card are about, and what its numbers rest on."""
+    lines = [f"{one_line(card.title)}  ({path})"]
+    rod = card.rod()
+    if rod is not None:
+        lines.append(f"  {describe_rod(rod)}")
+    for word, fields in (("sourced", card.sources), ("estimated", card.estimates)):
+        if fields:
+            lines.append(f"  {word}: {', '.join(fields)}")
+    if card.note:
+        lines.append(f"  note: {one_line(card.note)}")
+    return "\n".join(lines)
+
+
+def as_record(label: str, found: Equilibrium | PeelOptError) -> dict[str, Any]:
+    """Return an answer, or why there is none, as plain data."""
+    if isinstance(found, Equilibrium):
+        return {"question": label, **equilibrium_record(found)}
+    return {"question": label, "status": found.status, "message": str(found), "nearest": found.nearest}
+
+
+def as_json(document: Any) -> str:
+    """Return data as JSON in ASCII; NaN and infinity, which JSON lacks, become null."""
+    return json.dumps(_without_nan(document), indent=2, allow_nan=False)
+
+
+def make_folder(path: str | Path) -> Path:
+    """Return a folder that exists now, or raise `InvalidInput`."""
+    folder = as_path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
+    return folder
+
+
+class Folder:
+    """A folder that receives the files of each answer, and a summary of all.
+
+    Parameters
+    ----------
+    path : str or Path
+        Made if it does not exist.
+    pictures : bool
+        Whether each answer gets a PNG.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made or written.
+    """
+
+    def __init__(self, path: str | Path, *, pictures: bool = True) -> None:
+        self.path = make_folder(path)
+        self.pictures = pictures
+        self._names: set[str] = set()
+        self._rows: list[dict[str, Any]] = []
+        # Written at once, so that a folder without permission is known before any work is done.
+        self._write_summary()
+
+    def add(self, card: str, answers: Iterable[Answered]) -> None:
+        """Write the files of a card's answers and renew the summary."""
+        for label, found in answers:
+            self._rows.append({"card": card, **as_record(label, found)})
+            if isinstance(found, Equilibrium):
+                name = self._name(f"{slug(Path(card).stem)}-{slug(label)}" if card else slug(label))
+                save_equilibrium(found, self.path / f"{name}.npz")
+                write_equilibrium_csv(found, self.path / f"{name}.csv")
+                if self.pictures:
+                    self._draw(found, self.path / f"{name}.png")
+        self._write_summary()
+
+    def _name(self, wanted: str) -> str:
+        """Return a name no other answer has, "summary" excluded too."""
+        name, count = wanted, 1
+        while name in self._names or name == "summary":
+            count += 1
+            name = f"{wanted}-{count}"
+        self._names.add(name)
+        return name
+
+    def _draw(self, eq: Equilibrium, path: Path) -> None:
+        from matplotlib.figure import Figure
+
+        from ..plots import save_figure
+
+        figure = eq.plot().figure
+        assert isinstance(figure, Figure)
+        save_figure(figure, path)
+
+    def _write_summary(self) -> None:
+        columns = list(dict.fromkeys(["card", "question", "status", *(k for row in self._rows for k in row)]))
+        text = io.StringIO()
+        writer = csv.DictWriter(text, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(self._rows)
+        # The name of a card may hold bytes that are no text: they are shown by their codes.
+        content = text.getvalue().encode("utf-8", "backslashreplace")
+        atomic_write(self.path / "summary.csv", lambda file: file.write(content))
+
+
+def slug(text: str) -> str:
+    """Return a text as part of a file name that is safe everywhere.
+
+    Examples
+    --------
+    >>> slug("../Length at 60 kPa")
+    'length-at-60-kpa'
+    """
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9.]+", "-", plain)[:60].strip("-.") or "answer"
+
+
+def _number(value: float) -> str:
+    return f"{value:.{DIGITS}g}" if math.isfinite(value) else "-"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,297 @@
+"""Pseudo-arclength continuation on the discretised (12).
+
+The family is the residual of (12) with one closure (a rod's ratio, or beta0): a curve, whose
+length is measured as `arclength` says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..base.errors import NotConverged
+from ..model.bond import Affine, CohesiveLaw
+from ..model.equations import PI4, Scalars, kernel
+from ..residual import closures
+from ..residual.arclength import chart
+from ..residual.closures import Closing, Closure, Plane
+from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
+from ..residual.newton import Correction, contact_tangent, correct, correct_contact, factorised
+from ..residual.phases import fits, layout, without_empty_phases, without_thinnest_inner_phase
+from .points import Point, arclength_between
+
+#: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
+#: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
+FAR = 10.0
+
+EPS = float(np.finfo(float).eps)
+
+#: Width of the bracket, in arclength, at which a fold counts as located.
+FOLD_WIDTH = 1e-11
+
+#: Width of the bracket below which no landing is tried any more.
+LANDING_WIDTH = 1e-9
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """How far to step along a branch."""
+
+    first: float = 0.02
+    largest: float = 0.25  # a branch from T to contact is about 5 long: some 30 points
+    smallest: float = 1e-7
+    quick: int = 4  # a correction this quick lets the next step grow
+    turn: float = 0.85  # least cosine between successive directions
+
+
+@dataclass(frozen=True)
+class Family:
+    """A one-parameter family: a law, a transcription and one closure.
+
+    With ``tip_free`` a solution whose tip is held down to the plate counts as a failure.
+    """
+
+    law: CohesiveLaw
+    transcription: Transcription
+    closure: Closure
+    tip_free: bool = True
+
+    def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
+        """Correct from a profile; None on failure."""
+        return self._fitted(profile, lambda problem, x: correct(problem, x, (self.closure, other)))
+
+    def contact(self, profile: Profile) -> tuple[Discretisation, Correction] | None:
+        """Solve for the state whose tip touches the plate; None on failure."""
+        border = closures.rows(self.closure)
+        return self._fitted(profile, lambda problem, x: correct_contact(problem, x, border))
+
+    def contact_point(self, here: Point, beyond: Point) -> Point | None:
+        """Return the end of a branch, between its last point and one step beyond; None on failure."""
+        solved = self.contact(beyond.profile) or self.contact(here.profile)
+        if solved is None:
+            return None
+        problem, result = solved
+        value, gradient = chart(result.x[-4:])
+        _, family = closures.rows(self.closure)(result.x[-4:])
+        forward = gradient @ (result.x[-4:] - here.x[-4:])
+        tangent = contact_tangent(
+            problem, result.x, self.law.initial_slope, np.vstack([family, forward @ gradient])
+        )
+        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+        arclength = here.arclength + float(np.linalg.norm(value - here.place))
+        return Point(problem, result.x, unit, arclength, result.iterations)
+
+    def _fitted(
+        self, profile: Profile, corrector: Callable[[Discretisation, np.ndarray], Correction]
+    ) -> tuple[Discretisation, Correction] | None:
+        """Correct, cutting the phases anew until they are those the law asks for."""
+        for _ in range(6):
+            fitted = without_empty_phases(profile) or profile
+            plan = layout(self.law, fitted)
+            problem = self.transcription.discretise(plan.phases)
+            result = corrector(problem, problem.pack(fitted.rephased(plan.breaks)))
+            if not result.converged:
+                return None
+            profile = problem.profile(result.x)
+            if self.suits(profile, problem):
+                return (problem, result) if not self.tip_free or self._holds_its_tip(profile) else None
+        return None
+
+    def suits(self, profile: Profile, problem: Discretisation) -> bool:
+        """Whether the phases of a solution are those the law asks for."""
+        if len(self.law.pieces) == 1 or fits(profile, problem.phases):
+            return True
+        return bool(np.all(profile.lengths > 0.0)) and layout(self.law, profile).phases == problem.phases
+
+    def _holds_its_tip(self, profile: Profile) -> bool:
+        """Whether a solution keeps to P = Phi(y_tip)/y_tip.
+
+        Solutions with y_tip = 0 at any pressure cross the branch where it ends; they satisfy
+        (12), but they are a rod whose tip is held down to the plate.
+        """
+        s = profile.scalars
+        if s.beta0 == 0.0:
+            return True
+        extra = s.alpha1 / s.beta0
+        tip = float(s.height(profile.values[0, 0, 4]))
+        return abs(extra + self.law.mean_drop(tip)) <= 0.1 * abs(extra) + 1e-7
+
+    def point(
+        self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
+    ) -> Point:
+        """Return the solution ``x`` with its unit tangent, on the side of the direction ``forward``."""
+        _, jacobian = problem.linearise(x)
+        _, family = closures.rows(self.closure)(x[-4:])
+        _, gradient = chart(x[-4:])
+        border = np.vstack([family, forward @ gradient])
+        right = np.zeros(problem.size)
+        right[-1] = 1.0
+        factors = factorised(jacobian, border)
+        tangent = factors.solve(right)
+        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+        return Point(problem, x, unit, arclength, iterations, factors.sign())
+
+    def step(self, here: Point, ds: float) -> Point | None:
+        """Advance by ``ds`` along the tangent; None if the corrector fails."""
+        plane = Plane.across(here.place, here.direction, ds)
+        problem = here.problem
+        result = correct(problem, here.x + ds * here.tangent, (self.closure, plane))
+        if not result.converged:
+            return self._merge_step(here, plane, ds)
+        if len(self.law.pieces) > 1:
+            profile = problem.profile(result.x)
+            if not self.suits(profile, problem):
+                again = self.solve(profile, plane)
+                if again is None:
+                    return None
+                problem, result = again
+        there = self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
+        return None if _crossed_over(here, there) else there
+
+    def _merge_step(self, here: Point, plane: Plane, ds: float) -> Point | None:
+        """Step over the end of an inner phase.
+
+        The height grazes a kink there: the length of the phase goes to zero with a square
+        root, which no tangent follows, while the shape itself is smooth.
+        """
+        merged = without_thinnest_inner_phase(here.profile, here.problem.phases)
+        again = self.solve(merged, plane) if merged is not None else None
+        if again is None:
+            return None
+        problem, result = again
+        return self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
+
+    def walk(self, start: Point, control: StepControl | None = None) -> Iterator[Point]:
+        """Yield points from ``start`` on, until the step falls below its floor."""
+        control = control or StepControl()
+        here, ds = start, control.first
+        yield here
+        while ds > control.smallest:
+            there = self.step(here, ds)
+            if there is None or here.direction @ there.direction < control.turn:
+                ds *= 0.5
+                continue
+            if there.iterations <= control.quick:
+                # Far out the coordinates grow without end, and the steps with them.
+                far = float(np.linalg.norm(there.place)) / FAR
+                ds = min(1.6 * ds, control.largest * max(1.0, far))
+            here = there
+            yield here
+
+    def land(self, here: Point, there: Point, other: Closure) -> tuple[Discretisation, Correction] | None:
+        """Solve between two neighbouring points for a closure that changes sign between them.
+
+        Near a fold of the closure its Newton basin is tiny, so the bracket is narrowed by
+        steps along the branch until a correction from its middle stays inside it.
+        """
+        value = closures.rows(other)
+
+        def miss(p: Point) -> float:
+            return float(value(p.x[-4:])[0][0])
+
+        low, high, shrink = here, there, 1.0
+        least = max(LANDING_WIDTH, _resolution(there))
+        while (span := high.arclength - low.arclength) > least and shrink > 1e-6:
+            a, b = miss(low), miss(high)
+            for start in sorted((low, high), key=lambda p: abs(miss(p))):
+                found = self.solve(start.profile, other)
+                if found is not None and self.between(low, high, chart(found[1].x[-4:])[0]):
+                    return found
+            share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
+            middle = self.step(low, shrink * share * span)
+            if middle is None:
+                shrink *= 0.5
+                continue
+            shrink = 1.0
+            low, high = (middle, high) if miss(middle) * a > 0.0 else (low, middle)
+        return None
+
+    @staticmethod
+    def between(here: Point, there: Point, place: np.ndarray) -> bool:
+        """Whether a solution lies where the two points say: no jump to another branch."""
+        a, b, c = (
+            math.sqrt(v @ v) for v in (place - here.place, there.place - place, there.place - here.place)
+        )
+        return a + b < 1.1 * c + 1e-9
+
+    def turning_point(
+        self, here: Point, there: Point, rate: Callable[[Point], float]
+    ) -> tuple[Point, tuple[float, float]]:
+        """Locate where ``rate`` vanishes between two neighbouring points.
+
+        Returns the nearer end of the last bracket, and the arclengths of both.
+
+        Bracketed secant steps, every other one of double length from the better end, so that
+        both ends close in; where they do not, because of rounding, the bracket is halved.  Each
+        step is taken from the lower end, by a short way along the branch.
+        """
+        low, high, shrink, reach = here, there, 1.0, 1.0
+        a, b = rate(low), rate(high)
+        before = last = math.inf
+        least = max(FOLD_WIDTH, _resolution(there))
+        # Arclengths add up steps of different origin: the bracket is measured from its lower end.
+        while (span := low.ahead(high.place)) > least and shrink > 1e-6:
+            near, value = (0.0, a) if abs(a) < abs(b) else (span, b)
+            aim = near - reach * value * span / (b - a) if span < 0.5 * before else 0.5 * span
+            margin = min(0.4 * least, 0.4 * span)
+            point = self.step(low, shrink * min(max(aim, margin), span - margin))
+            if point is None:
+                shrink *= 0.5
+                continue
+            shrink, reach, before, last = 1.0, 3.0 - reach, last, span
+            if (value := rate(point)) * a > 0:
+                low, a = point, value
+            else:
+                high, b = point, value
+        found = low if abs(a) < abs(b) else high
+        start = arclength_between(here, there, low.place)
+        if found is not here and found is not there:
+            found = replace(found, arclength=arclength_between(here, there, found.place))
+        return found, (start, start + max(span, 0.0))
+
+
+def _resolution(point: Point) -> float:
+    """Length of branch below which doubles do not tell places apart, far out."""
+    return 16.0 * EPS * max(abs(point.arclength), float(np.linalg.norm(point.place)))
+
+
+def _crossed_over(here: Point, there: Point) -> bool:
+    """Whether a step went straight across a corner where two branches nearly meet.
+
+    The determinant of the bordered Jacobian keeps its sign along a branch.  On its far side
+    the other branch has the other sign, however smooth the step looks.  At the contact, where
+    alpha1 changes sign too, a branch point is passed on purpose.
+    """
+    if here.problem is not there.problem or here.scalars.m * there.scalars.m <= 0.0:
+        return False
+    return here.orientation * there.orientation < 0
+
+
+def transition(family: Family, mode: int = 1) -> Point:
+    """Return the start of a detached branch, where a mode (16) leaves the straight rod.
+
+    ``mode`` = 1 is T.  Walk from it with A > 0 for the detached side (p < T0).
+    """
+    lam = (mode * math.pi) ** 4 / family.law.initial_slope - PI4
+    if family.closure.kind == "ratio":
+        sigma = ((lam + PI4) / family.closure.value) ** 0.25
+    else:
+        sigma = family.closure.value
+    fields = kernel(chebyshev(PROFILE_POINTS)[0], mode)
+    nx = -(sigma**3) * (fields["Y"] - fields["Y"][0])
+    values = np.stack([fields["Theta"], fields["K"], nx, fields["ny"], fields["Y"]], axis=-1)
+    # Only an affine law can be evaluated at amplitude zero itself.
+    small = 0.0 if isinstance(family.law.pieces[0].drop, Affine) else 1e-4
+    profile = Profile(np.ones(1), values[None], Scalars(small, float(fields["m"]), sigma, lam))
+    problem = family.transcription.discretise(family.law.pieces[:1])
+    result = correct(problem, problem.pack(profile), (family.closure, Closure("amplitude", small)))
+    if not result.converged:
+        raise NotConverged(
+            f"the start of the branch of mode {mode} at {family.closure} was not found.",
+            remedy="Try a finer transcription.",
+        )
+    result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
+    return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

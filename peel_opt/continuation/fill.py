@@ -1,0 +1,289 @@
+"""Many corrections at once: points between the neighbours of a walk, and errors of points.
+
+A walk needs one point to find the next, a few dozen in all.  What lies between them does not:
+its guesses come from interpolation, and Newton's method for all of them is one loop over the
+compiled residual and one call of LAPACK for the whole stack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..base.threads import one_thread
+from ..residual.arclength import chart
+from ..residual.closures import Closing, Closure, Plane, parameters, rows
+from ..residual.discretisation import Discretisation
+from ..residual.newton import closed_system
+from ..residual.rounding import EPS, UNITS, adjoint, units_lost
+from .family import Family, StepControl
+from .points import Point
+
+#: Steps of Newton's method between two neighbours; more mean that the guess was bad.
+MOST_STEPS = 4
+
+#: Largest update, relative to the unknowns, that counts as converged.
+SMALL = 1e-11
+
+#: The tip angle interpolates where it makes up at least this share of the arclength.
+LEAST_TURN = 0.05
+
+#: A first update on the finer mesh larger than this is no measure of the error yet.
+LINEAR_RANGE = 1e-5
+
+
+def filled(family: Family, points: Sequence[Point], largest: float) -> list[Point]:
+    """Put points between the points of a walk until none are further apart than ``largest``.
+
+    Parameters
+    ----------
+    family : Family
+    points : sequence of Point
+        In order along the branch.
+    largest : float
+        Arclength.
+
+    Returns
+    -------
+    list of Point
+        The given points are among them.
+    """
+    gaps: dict[int, list[tuple[Point, Point]]] = {}
+    inner: list[Point] = []
+    for here, there in pairwise(points):
+        if there.arclength - here.arclength <= largest:
+            continue
+        if _is_smooth(family, here, there):
+            gaps.setdefault(id(here.problem), []).append((here, there))
+        else:
+            inner += _stepped(family, here, there, largest)
+    for pairs in gaps.values():
+        for pair, found in zip(pairs, _interpolated(family, pairs, largest), strict=True):
+            inner += _stepped(family, *pair, largest) if found is None else found
+    return sorted([*points, *inner], key=lambda p: p.arclength)
+
+
+def _is_smooth(family: Family, here: Point, there: Point) -> bool:
+    """Whether the tip angle can serve as the coordinate from one point to the next."""
+    if here.problem is not there.problem:
+        return False
+    if closed_system(here.problem, (family.closure.kind, "amplitude")).pattern is not None:
+        return False
+    turns = (here.direction[0], there.direction[0])
+    return min(turns) > LEAST_TURN or max(turns) < -LEAST_TURN
+
+
+def _stepped(family: Family, here: Point, there: Point, largest: float) -> Iterator[Point]:
+    """Walk from one point to the next; the points between them."""
+    span = there.arclength - here.arclength
+    walk = family.walk(here, StepControl(first=largest, largest=largest))
+    next(walk)
+    for point in walk:
+        if point.arclength >= here.arclength + (1.0 - 1e-3) * span:
+            return
+        yield point
+
+
+def _interpolated(
+    family: Family, pairs: list[tuple[Point, Point]], largest: float
+) -> list[list[Point] | None]:
+    """Points between neighbours that share their discrete problem; None where that fails."""
+    problem = pairs[0][0].problem
+    guesses, owners = [], []
+    for number, (here, there) in enumerate(pairs):
+        pieces = int(np.ceil((there.arclength - here.arclength) / largest * (1.0 - 1e-12)))
+        share = np.arange(1, pieces) / pieces
+        guesses.append(_hermite(here, there, share))
+        owners += [number] * len(share)
+    start = np.vstack(guesses)
+    closing: list[tuple[Closing, ...]] = [(family.closure, Closure("amplitude", float(x[-4]))) for x in start]
+    x, rates, steps, good = _newton(problem, start, closing)
+    found: list[list[Point] | None] = [[] for _ in pairs]
+    for i, number in enumerate(owners):
+        here, there = pairs[number]
+        own = found[number]
+        point = _placed(here, there, x[i], rates[i], steps) if good[i] else None
+        if own is None or point is None or not _belongs(family, own[-1] if own else here, point, there):
+            found[number] = None
+        else:
+            own.append(point)
+    return found
+
+
+def _hermite(here: Point, there: Point, share: np.ndarray) -> np.ndarray:
+    """Unknowns at shares of the arclength between two points, shape (len(share), n)."""
+    span = there.arclength - here.arclength
+    ends = np.array([here.x[-4], there.x[-4]])
+    amplitude = _cubic(share, ends[0], ends[1], span * here.tangent[-4], span * there.tangent[-4])
+    width = ends[1] - ends[0]
+    # As functions of the tip angle the unknowns do not feel how the arclength was measured.
+    at = ((amplitude - ends[0]) / width)[:, None]
+    before, after = (width * p.tangent / p.tangent[-4] for p in (here, there))
+    guess = np.asarray(_cubic(at, here.x, there.x, before, after))
+    guess[:, -4] = amplitude
+    return guess
+
+
+def _cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:
+    """Cubic on [0, 1] with values a, b and derivatives da, db at the ends."""
+    return a + t * (da + t * (3.0 * (b - a) - 2.0 * da - db + t * (2.0 * (a - b) + da + db)))
+
+
+def _newton(
+    problem: Discretisation, x: np.ndarray, closing: Sequence[Sequence[Closing]]
+) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
+    """Correct a stack of guesses.
+
+    Returns the solutions, the derivatives of the unknowns with respect to the last closure's
+    number, the steps taken, and which ones converged.
+    """
+    system = closed_system(problem, tuple(c.kind for c in closing[0]))
+    given = np.array([parameters(c) for c in closing])
+    scale = 1.0 + np.abs(x)
+    scale[:, : problem.field_count] = 1.0 + np.abs(x[:, : problem.field_count]).max(axis=1, keepdims=True)
+    before = np.full(len(x), np.inf)
+    for step in range(1, MOST_STEPS + 1):
+        values, jacobians = system.system.many(x, given)
+        right = np.zeros((*values.shape, 2))
+        right[:, :, 0] = -values
+        right[:, -1, 1] = 1.0
+        try:
+            with one_thread(problem.size):
+                solved = np.linalg.solve(jacobians, right)
+        except np.linalg.LinAlgError:
+            return x, x, step, np.zeros(len(x), dtype=bool)
+        update = np.abs(solved[:, :, 0] / scale).max(axis=1)
+        x = x + solved[:, :, 0]
+        # Convergence is quadratic: what one update leaves is of the size of the next.
+        with np.errstate(invalid="ignore"):
+            good = (update < SMALL) | ((update < 1e-6) & (update * update / before < SMALL))
+        if np.all(good | ~np.isfinite(update)):
+            break
+        before = update
+    return x, solved[:, :, 1], step, good
+
+
+def _placed(here: Point, there: Point, x: np.ndarray, rate: np.ndarray, steps: int) -> Point:
+    """Return a solution as a point of the branch between its neighbours."""
+    place, gradient = chart(x[-4:])
+    tangent = rate if here.tangent[-4] > 0.0 else -rate
+    unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+    # No branch is left between neighbours on the same side of all corners.
+    orientation = here.orientation if here.orientation == there.orientation else 0
+    return Point(here.problem, x, unit, here.arclength + here.ahead(place), steps, orientation)
+
+
+def _belongs(family: Family, before: Point, point: Point, there: Point) -> bool:
+    """Whether a point lies between its neighbours, on their branch and in their phases."""
+    if not before.arclength < point.arclength < there.arclength:
+        return False
+    if (
+        not family.between(before, there, point.place)
+        or before.direction @ point.direction < StepControl().turn
+    ):
+        return False
+    if len(family.law.pieces) == 1:
+        return True
+    return family.suits(point.profile, point.problem)
+
+
+@dataclass(frozen=True, eq=False)
+class PointErrors:
+    """Errors of some points in the metric of the arclength, arrays of shape (n,).
+
+    Parameters
+    ----------
+    mesh : ndarray
+        Distance from the branch of the refined mesh, along the normal plane; of the coarser
+        solution, so not an underestimate while refinement helps at all.  Infinite where the
+        finer mesh has no solution near.
+    rounding : ndarray
+        What the last place of all terms of the equations does to a point.
+    """
+
+    mesh: np.ndarray
+    rounding: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """Both together."""
+        return self.mesh + self.rounding
+
+    def gains_by_refinement(self, tol: float) -> bool:
+        """Whether a point misses ``tol`` by its mesh and not by rounding."""
+        return bool(np.any(self.mesh > np.maximum(tol, self.rounding)))
+
+
+def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
+    """Estimate the errors of points of a branch, many at once."""
+    finer = replace(family, transcription=family.transcription.refined())
+    mesh, rounding = np.full(len(points), np.nan), np.full(len(points), np.nan)
+    groups: dict[int, list[int]] = {}
+    for i, point in enumerate(points):
+        if point.scalars.m != 0.0:  # at the contact the system is singular
+            groups.setdefault(id(point.problem), []).append(i)
+    for members in groups.values():
+        mesh[members], rounding[members] = _one_step(finer, [points[i] for i in members])
+    for i in np.flatnonzero(np.isnan(mesh)).tolist():
+        mesh[i] = _solved_again(finer, points[i])
+    for i in np.flatnonzero(np.isnan(rounding)).tolist():
+        if points[i].scalars.m != 0.0:
+            rounding[i] = _rounding(family, points[i])
+    # The contact is as far from singular as its neighbours, were it posed without theta(1) = 0.
+    rounding[np.isnan(rounding)] = np.nanmax(rounding, initial=EPS)
+    return PointErrors(mesh * (1.0 + 1.0 / family.transcription.sure_gain), rounding)
+
+
+def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
+    """Distances by one step of Newton's method on the finer mesh, and rounding.
+
+    The distance is nan where the step is too long to be one.
+    """
+    problem = finer.transcription.discretise(points[0].problem.phases)
+    closing = [(finer.closure, Plane.across(p.place, p.direction)) for p in points]
+    system = closed_system(problem, tuple(c.kind for c in closing[0]))
+    unknown = np.full(len(points), np.nan)
+    if system.pattern is not None:
+        return unknown, unknown
+    x = np.array([points[0].problem.prolonged(p.x, problem) for p in points])
+    values, jacobians = system.system.many(x, np.array([parameters(c) for c in closing]))
+    gradients = np.array([p.chart[1] for p in points])
+    weights = np.zeros((*x.shape, 4))
+    weights[:, -4:, :] = np.swapaxes(gradients, 1, 2)
+    try:
+        # How the coordinates of the arclength respond to every equation.
+        with one_thread(problem.size):
+            response = np.linalg.solve(np.swapaxes(jacobians, 1, 2), weights)
+    except np.linalg.LinAlgError:
+        return unknown, unknown
+    gap = np.linalg.norm(np.einsum("ijk,ij->ik", response, values), axis=1)
+    sizes = np.einsum("ijk,ik->ij", np.abs(jacobians), np.abs(x))
+    residues = np.linalg.norm(response * sizes[:, :, None], axis=(1, 2))
+    return np.where(gap < LINEAR_RANGE, gap, np.nan), UNITS * EPS * residues
+
+
+def _rounding(family: Family, point: Point) -> float:
+    """What rounding does to one point, on its own mesh, whether its algebra is dense or sparse."""
+    problem, x = point.problem, point.x
+    _, jacobian = problem.linearise(x)
+    _, border = rows(family.closure, Plane.across(point.place, point.direction))(x[-4:])
+    weights = np.zeros((len(x), 4))
+    weights[-4:] = point.chart[1].T
+    with one_thread(len(x)):
+        response, sizes = adjoint(jacobian, border, weights, x)
+    return units_lost(problem) * EPS * float(np.linalg.norm(response * sizes[:, None]))
+
+
+def _solved_again(finer: Family, point: Point) -> float:
+    """Distance of one point from its full solution on the finer mesh."""
+    if point.scalars.m == 0.0:
+        found = finer.contact(point.profile)
+    else:
+        found = finer.solve(point.profile, Plane.across(point.place, point.direction))
+    if found is None:
+        return np.inf
+    return float(np.linalg.norm(chart(found[1].x[-4:])[0] - point.place))

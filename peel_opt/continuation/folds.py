@@ -1,0 +1,181 @@
+"""The equations of a fold in lambda: an equilibrium together with its null vector.
+
+At a fold of the branch at fixed beta0 the linearised system has a null vector with no
+component in sigma and lambda.  Equilibrium and null vector together,
+
+    R(x) = 0,   R_x(x) v = 0,   v_sigma = v_lambda = 0,   v_A = 1,
+
+are one equation short of square: a smooth curve, also where its picture in the
+(beta0, lambda) plane turns round or has a cusp.  They have the form of a discretised (12) with
+the null vector as further fields, so that the walk and the searches of `continuation` serve
+for the folds too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from ..base.errors import NotConverged
+from ..model.bond import LINEAR, CohesiveLaw
+from ..residual.arclength import chart
+from ..residual.closures import Closing, Closure, Plane
+from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
+from ..residual.newton import Correction, correct, factorised
+from ..residual.transcriptions import Spectral
+from .family import Family
+from .points import Point
+from .primary import primary_branch
+
+#: Nodes that give the fold to rounding for beta0 up to 100 (measured: 24 and 36 agree to 1e-12).
+MESH = Spectral(nodes=24)
+
+
+class FoldSystem(Discretisation):
+    """Equilibrium and null vector for one phase of the linear law.
+
+    Unknowns are v without its known entries, (fields, v_m), and then x.
+    """
+
+    def __init__(self, equilibrium: Discretisation) -> None:
+        self.equilibrium = equilibrium
+        n = equilibrium.size
+        super().__init__(equilibrium.phases, (n - 3) + (n - 4))
+
+    def residual_expression(self) -> ca.MX:
+        """R(x) and R_x(x) v; unlike R itself one entry fewer than unknowns, not two."""
+        base = self.equilibrium
+        n = base.size
+        free, x = self.x[: n - 3], self.x[n - 3 :]
+        # In the order of x: fields, A, m, sigma, lambda.
+        v = ca.vertcat(free[: n - 4], 1.0, free[n - 4], 0.0, 0.0)
+        both = ca.vertcat(base.expression, ca.jtimes(base.expression, base.x, v))
+        whole = ca.Function("fold", [base.x, self.x], [both])
+        expression: ca.MX = whole(x, self.x)
+        return expression
+
+    @property
+    def angle_row(self) -> int:
+        """Row of Theta(1) = 0."""
+        return self.equilibrium.angle_row
+
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+        return self.equilibrium.tip_height(self._state)[0]
+
+    def sample_expression(self, zeta: np.ndarray) -> ca.MX:
+        """Fields of the equilibrium."""
+        return self.equilibrium.sampler(zeta)(self._state)
+
+    def pack_fields(self, profile: Profile) -> np.ndarray:
+        """Null vector, by least squares, and fields of a profile that is near a fold."""
+        x = self.equilibrium.pack(profile)
+        jacobian = self.equilibrium.linearised(x)[1].full()
+        n = self.equilibrium.size
+        columns = [*range(n - 4), n - 3]
+        null = np.linalg.lstsq(jacobian[:, columns], -jacobian[:, n - 4], rcond=None)[0]
+        return np.concatenate([null, x[: n - 4]])
+
+    @property
+    def _state(self) -> ca.MX:
+        return self.x[self.equilibrium.size - 3 :]
+
+
+@dataclass(frozen=True)
+class FoldEquations(Transcription):
+    """A transcription of (12) with the equations of a fold added."""
+
+    mesh: Spectral = MESH
+
+    @property
+    def sure_gain(self) -> float:
+        """That of the mesh."""
+        return self.mesh.sure_gain
+
+    def discretise(self, phases: Phases) -> FoldSystem:
+        """Return the compiled system for one phase."""
+        return _discretise(self, phases)
+
+    def refined(self) -> FoldEquations:
+        """Return the same on a finer mesh."""
+        return replace(self, mesh=self.mesh.refined())
+
+
+@lru_cache(maxsize=16)
+def _discretise(settings: FoldEquations, phases: Phases) -> FoldSystem:
+    return FoldSystem(settings.mesh.discretise(phases))
+
+
+#: What a family without a closure has in its place.
+NO_CLOSURE = Closure("none", math.nan)
+
+
+@dataclass(frozen=True)
+class FoldFamily(Family):
+    """The folds over beta0.  They are a curve without any closure: the null vector is one."""
+
+    law: CohesiveLaw = LINEAR
+    transcription: Transcription = FoldEquations()
+    closure: Closure = NO_CLOSURE
+
+    @property
+    def system(self) -> Discretisation:
+        """The discretised equations."""
+        return self.transcription.discretise(self.law.pieces)
+
+    def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
+        """Correct from a profile; None on failure."""
+        result = correct(self.system, self.system.pack(profile), (other,))
+        return (self.system, result) if result.converged else None
+
+    def point(
+        self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
+    ) -> Point:
+        """Return the fold ``x`` with its unit tangent, on the side of the direction ``forward``."""
+        _, gradient = chart(x[-4:])
+        factors = factorised(problem.linearise(x)[1], (forward @ gradient)[None, :])
+        tangent = factors.solve(np.append(np.zeros(problem.size - 1), 1.0))
+        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+        return Point(problem, x, unit, arclength, iterations, factors.sign())
+
+    def step(self, here: Point, ds: float) -> Point | None:
+        """Advance by ``ds`` along the tangent; None if the corrector fails."""
+        plane = Plane.across(here.place, here.direction, ds)
+        result = correct(here.problem, here.x + ds * here.tangent, (plane,))
+        if not result.converged:
+            return None
+        return self.point(here.problem, result.x, here.direction, here.arclength + ds, result.iterations)
+
+    def errors(self, points: Sequence[Point]) -> np.ndarray:
+        """Distance of each point from the curve on the refined mesh, in the metric of the arclength."""
+        finer = replace(self, transcription=self.transcription.refined())
+        found = [finer.solve(p.profile, Plane.across(p.place, p.direction)) for p in points]
+        gaps = [
+            math.inf if f is None else float(np.linalg.norm(chart(f[1].x[-4:])[0] - p.place))
+            for p, f in zip(points, found, strict=True)
+        ]
+        return np.array(gaps) * (1.0 + 1.0 / self.transcription.sure_gain)
+
+    def start(self, beta0: float) -> Point:
+        """Return the fold of the branch through T at ``beta0``; from there the curve goes up in lambda.
+
+        Raises
+        ------
+        NotConverged
+            If that branch has no fold, or the fold does not satisfy the equations.
+        """
+        sigma = Closure("length", math.cbrt(beta0))
+        branch = primary_branch(self.law, sigma)
+        fold = branch.reach("LP-lambda")
+        solved = self.solve(fold.point.profile, sigma) if fold is not None else None
+        if solved is None:
+            raise NotConverged(
+                f"no fold in lambda was found at beta0 = {beta0:g}.", remedy="Start elsewhere."
+            )
+        problem, result = solved
+        return self.point(problem, result.x, np.array([0.0, 0.0, 0.0, 1.0]), 0.0, result.iterations)

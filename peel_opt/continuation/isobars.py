@@ -1,0 +1,61 @@
+"""States off a rod's primary branch, reached through other rods at the same pressure.
+
+Under the linear law with eta/y0 > 0.4319 the folded states (Fig 10b) are not connected to T
+by any path on one rod.  At fixed p/T0 they are: the state of the rod itself, followed while
+eta/y0 varies, runs through softer rods and folds over.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+
+from ..model.bond import CohesiveLaw
+from ..residual.closures import Closure
+from .family import Family
+from .points import Point
+from .primary import PATH, Candidate, crossings, primary_branch
+
+#: Points to walk along an isobar, and along a curve of fixed length, in either direction.
+ISOBAR_POINTS, ISOLENGTH_POINTS = 80, 40
+
+
+def states_near(law: CohesiveLaw, ratio: float, sigma: float, pressure_ratio: float) -> list[Candidate]:
+    """Return states of a rod at a length, found from its state at about the pressure sought.
+
+    Parameters
+    ----------
+    ratio : float
+        eta/y0.
+    sigma : float
+        sbar/eta.
+    pressure_ratio : float
+        p/T0 near which a state is sought.
+    """
+    closure = Closure("ratio", ratio)
+    branch = primary_branch(law, closure)
+    branch.extend(
+        lambda p: p.scalars.pressure_ratio < pressure_ratio or branch.fold("LP-pressure") is not None
+    )
+    found: list[Candidate] = []
+    for start in branch.candidates(Closure("pressure", pressure_ratio)):
+        isobar = _both_ways(Family(law, PATH, Closure("pressure", pressure_ratio)), start, ISOBAR_POINTS)
+        for place in crossings(*isobar, Closure("length", sigma), lambda _: "other"):
+            isolength = _both_ways(Family(law, PATH, Closure("length", sigma)), place, ISOLENGTH_POINTS)
+            found += crossings(*isolength, closure, lambda _: "other")
+    return found
+
+
+def _both_ways(family: Family, start: Candidate, most: int) -> tuple[Family, list[Point]]:
+    """Walk a family in both directions from a state, into one sequence of points."""
+    solved = family.solve(start.profile, start.family.closure)
+    if solved is None:
+        return family, []
+    problem, result = solved
+    forward = family.point(problem, result.x, np.array([1.0, 0.3, 0.2, 0.1]), 0.0, result.iterations)
+    backward = family.point(problem, result.x, np.array([-1.0, -0.3, -0.2, -0.1]), 0.0, result.iterations)
+    behind = list(islice(family.walk(backward), most))
+    ahead = list(islice(family.walk(forward), most))
+    turned = [Point(p.problem, p.x, -p.tangent, -p.arclength, p.iterations) for p in reversed(behind[1:])]
+    return family, turned + ahead

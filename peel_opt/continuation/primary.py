@@ -1,0 +1,261 @@
+"""The primary branch: the one that leaves T, walked once and remembered.
+
+No single solve from a guess finds every equilibrium, so each answer is reached along the
+branch it lies on.  A `PrimaryBranch` grows only as far as the questions asked of it need,
+and knows its folds, hence which part of it a state belongs to:
+
+* *middle* from T to the first fold in length that comes before the minimum pressure,
+* *lower* from there to the minimum pressure,
+* *folded* from there until the tip touches the plate.
+"""
+
+from __future__ import annotations
+
+import threading
+from bisect import insort
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from ..base.errors import NotConverged
+from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.equations import Scalars
+from ..residual import closures
+from ..residual.closures import Closure
+from ..residual.discretisation import Profile
+from ..residual.transcriptions import Spectral
+from .family import Family, StepControl, transition
+from .points import Point
+from .special import FOLDS, Located, locate
+
+#: Transcription of the walk; answers are solved again by the method asked for.
+PATH = Spectral(nodes=16)
+
+#: The states between T and the minimum pressure.
+UNFOLDED = ("middle", "lower")
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A place on a branch, between two points, where a question is answered.
+
+    Parameters
+    ----------
+    family : Family
+    here, there : Point
+        Neighbours between which the closure ``given`` changes sign.
+    share : float
+        Where between them, by interpolation.
+    given : Closure
+    state : str
+    """
+
+    family: Family
+    here: Point
+    there: Point
+    share: float
+    given: Closure
+    state: str
+
+    def estimate(self, read: Callable[[Scalars], float]) -> float:
+        """Interpolate a number between the neighbours; free, and good to a few digits."""
+        return (1.0 - self.share) * read(self.here.scalars) + self.share * read(self.there.scalars)
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The solution itself.
+
+        Raises
+        ------
+        NotConverged
+            If it cannot be reached from either neighbour.
+        """
+        landed = self.family.land(self.here, self.there, self.given)
+        if landed is None:
+            raise NotConverged(
+                f"lost the branch between two neighbouring points while looking for {self.given}.",
+                remedy="Move the given number a little, or pick another state.",
+            )
+        problem, result = landed
+        return problem.profile(result.x)
+
+
+def crossings(
+    family: Family, points: Sequence[Point], given: Closure, label: Callable[[float], str]
+) -> list[Candidate]:
+    """All places where a closure is met along a branch; ``label`` names the state at an arclength."""
+    value = closures.rows(given)
+    misses = [float(value(p.x[-4:])[0][0]) for p in points]
+    found = []
+    for (here, there), (a, b) in zip(pairwise(points), pairwise(misses), strict=True):
+        # A zero at the first point is the straight rod at T, which is no answer.
+        if a * b < 0.0 or (b == 0.0 and there is not points[-1]):
+            state = label(0.5 * (here.arclength + there.arclength))
+            found.append(Candidate(family, here, there, a / (a - b), given, state))
+    return found
+
+
+@dataclass(eq=False)
+class PrimaryBranch:
+    """The branch from T at one closure, growing on demand.
+
+    Parameters
+    ----------
+    family : Family
+        The law and the closure that stays fixed: a rod's ratio, or beta0 = 0.
+    side : {1, -1}
+        1 for the detached side p < T0; -1 for the spurious one beyond T.
+    mode : int
+        1 for the branch from T, n for the one from beta1 = (n pi)^4.
+    control : StepControl
+    longest : int
+        Points after which the walk ends without an end of the branch.
+    """
+
+    family: Family
+    side: int = 1
+    mode: int = 1
+    control: StepControl = field(default_factory=StepControl)
+    longest: int = 400
+    points: list[Point] = field(default_factory=list)
+    folds: list[Located] = field(default_factory=list)
+    ended: str = ""
+    _walk: Iterator[Point] | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def extend(self, enough: Callable[[Point], bool]) -> None:
+        """Walk on until ``enough`` is true of the last point, or the branch ends."""
+        with self._lock:
+            try:
+                if self._walk is None:
+                    self._walk = self._start()
+                    self.points.append(next(self._walk))
+                while not self.ended and not enough(self.points[-1]):
+                    self._advance()
+            except BaseException:
+                # What interrupts a walk ends it; nobody may take the part for the whole.
+                self._walk, self.ended = None, ""
+                self.points.clear()
+                self.folds.clear()
+                raise
+
+    def _start(self) -> Iterator[Point]:
+        start = first_point(self.family, self.mode)
+        if self.side < 0:
+            start = self.family.point(
+                start.problem, start.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, start.iterations
+            )
+        return self.family.walk(start, self.control)
+
+    def _advance(self) -> None:
+        here = self.points[-1]
+        assert self._walk is not None
+        there = next(self._walk, None)
+        if there is None or len(self.points) > self.longest:
+            self.ended = "stalled" if there is None else "limit"
+            return
+        if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
+            # p = T0 again: by the first integral the tip is back on the plate.
+            contact = self.family.contact_point(here, there)
+            if contact is None:
+                self.ended = "stalled"
+                return
+            there, self.ended = contact, "contact"
+        self._insert_folds(here, there)
+        self.points.append(there)
+
+    @property
+    def _is_rod(self) -> bool:
+        return self.family.closure.kind == "ratio"
+
+    def _insert_folds(self, here: Point, there: Point) -> None:
+        """Make every fold a point, so that p and sbar are monotone between neighbours."""
+        for fold in locate(self.family, (here, there), FOLDS[self.family.closure.kind]):
+            self.folds.append(fold)
+            if fold.point is not here and fold.point is not there:
+                insort(self.points, fold.point, key=lambda p: p.arclength)
+
+    def fold(self, kind: str) -> Located | None:
+        """The first fold of a kind met so far."""
+        return next((f for f in self.folds if f.kind == kind), None)
+
+    def reach(self, kind: str) -> Located | None:
+        """Walk on to the first fold of a kind; None if the branch ends before."""
+        self.extend(lambda _: self.fold(kind) is not None)
+        return self.fold(kind)
+
+    def state_at(self, arclength: float) -> str:
+        """Label of a place on the branch that has been walked."""
+        if self.side < 0:
+            return "spurious"
+        if self.mode > 1:
+            return "other"
+        if not self._is_rod:
+            # A fold in lambda at fixed beta0 and one in length on the rod are the same points.
+            bend = self.fold("LP-lambda")
+            turned = self.family.closure.value == 0.0 or (bend and arclength > bend.point.arclength)
+            return "lower" if turned else "middle"
+        minimum, bend = self.fold("LP-pressure"), self.fold("LP-length")
+        if minimum is not None and arclength > minimum.point.arclength:
+            return "folded"
+        if bend is not None and arclength > bend.point.arclength:
+            return "lower"
+        return "middle"
+
+    def candidates(self, given: Closure) -> list[Candidate]:
+        """All states that answer a question on the part walked so far, from T on."""
+        return crossings(self.family, self.points, given, self.state_at)
+
+
+def first_point(family: Family, mode: int = 1) -> Point:
+    """T, or for a law without slope at u = 0 a point near p = T0 reached by homotopy."""
+    if family.law.initial_slope > 0.0:
+        return transition(family, mode)
+    return _by_homotopy(family)
+
+
+#: Where a law without a transition is entered, and how close to T0 its branch is walked back.
+ENTRY_PRESSURE, HIGHEST_PRESSURE = 0.8, 0.9995
+
+
+def _by_homotopy(family: Family) -> Point:
+    """Blend law (8) into the family's law at fixed pressure, then walk back towards T0."""
+    start = primary_branch(COHESIVE, family.closure)
+    fold = start.reach("LP-pressure")
+    # A stiff rod has no state so low: half way down to its least pressure, then.
+    half_way = 0.5 * (1.0 + fold.point.scalars.pressure_ratio) if fold else 0.0
+    given = Closure("pressure", max(ENTRY_PRESSURE, half_way))
+    profile = start.candidates(given)[0].profile
+    h, step = 0.0, 0.125
+    solved = None
+    while h < 1.0:
+        target = min(1.0, h + step)
+        law = family.law if target == 1.0 else COHESIVE.blend(family.law, target)
+        solved = Family(law, family.transcription, family.closure).solve(profile, given)
+        if solved is None:
+            step *= 0.5
+            if step < 1e-4:
+                raise NotConverged(
+                    f"the homotopy from law (8) to law {family.law.name!r} stalls at {h:.3g}.",
+                    remedy="Try a law with a slope at u = 0, or another ratio eta/y0.",
+                )
+            continue
+        h = target
+        profile = solved[0].profile(solved[1].x)
+    assert solved is not None
+    problem, result = solved
+    back = family.point(problem, result.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, 0)
+    first = back
+    for first in family.walk(back):
+        if first.scalars.pressure_ratio > HIGHEST_PRESSURE:
+            break
+    return Point(first.problem, first.x, -first.tangent, 0.0, first.iterations)
+
+
+@lru_cache(maxsize=256)
+def primary_branch(law: CohesiveLaw, closure: Closure, side: int = 1) -> PrimaryBranch:
+    """Return the remembered primary branch of a law at a closure."""
+    return PrimaryBranch(Family(law, PATH, closure), side)

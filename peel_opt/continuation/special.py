@@ -1,0 +1,159 @@
+"""Special points of a branch: what vanishes there, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from ..residual.phases import heights_with_extrema
+from ..residual.shape import sample_shape
+from .family import FOLD_WIDTH, Family
+from .points import Point
+
+#: A function of a point that changes sign at a special point.
+Monitor = Callable[[Point], float]
+
+
+#: Two monitors that vanish within this at one point tell of one event.
+SAME = 1e-9
+
+#: No rod rises by this share of y0 between two points of its profile.
+CLEAR = 0.02
+
+
+def tip_excess(point: Point) -> float:
+    """u - 1 at the tip."""
+    return float(point.scalars.height(point.profile.values[0, 0, 4])) - 1.0
+
+
+def highest_excess(point: Point) -> float:
+    """u - 1 at the highest place of the rod; of its points alone where that tells the sign."""
+    profile = point.profile
+    sampled = float(profile.heights().max()) - 1.0
+    if abs(sampled) > CLEAR:
+        return sampled
+    xi, u = heights_with_extrema(profile)
+    top = int(np.argmax(u))
+    if top in (0, len(u) - 1):
+        return float(u[top]) - 1.0
+    around = minimize_scalar(
+        lambda x: -float(profile.scalars.height(profile.at(np.array([x]))[0, 4])),
+        bounds=(xi[top - 1], xi[top + 1]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(-float(around.fun), float(u[top])) - 1.0
+
+
+def apart(point: Point) -> float:
+    """1 while the rod does not cross itself, -1 where it does."""
+    theta = point.scalars.A * point.profile.values[:, :, 0]
+    turned = float(np.ptp(theta)) > np.pi  # it takes more than half a turn
+    return -1.0 if turned and sample_shape(point.problem, point.x).crosses_itself() else 1.0
+
+
+#: Monitors by kind of special point.  Two monitors may share a kind.
+PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.pressure_rate)
+LENGTH: tuple[str, Monitor] = ("LP-length", lambda p: p.turn.sigma)
+LAMBDA: tuple[str, Monitor] = ("LP-lambda", lambda p: p.turn.lam)
+RATIO: tuple[str, Monitor] = ("LP-ratio", lambda p: p.turn.ratio)
+RANGE: tuple[tuple[str, Monitor], ...] = (
+    ("y=y0", tip_excess),
+    ("y=y0", highest_excess),
+    ("self-contact", apart),
+)
+#: What folds, where the monitor of a fold is its rate along the branch.
+FOLDING: dict[str, Callable[[Point], float]] = {
+    "LP-length": lambda p: p.scalars.sigma,
+    "LP-lambda": lambda p: p.scalars.lam,
+}
+
+#: How often an interval is cut in search of two folds that lie close together.
+CUTS = 4
+
+#: Share of the rates at its ends down to which an interval is not looked into.
+DIP = 0.3
+
+TIP: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
+
+#: The folds of a family, by the closure that stays fixed along it.
+FOLDS: dict[str, tuple[tuple[str, Monitor], ...]] = {
+    "ratio": (PRESSURE, LENGTH),
+    "length": (LAMBDA,),
+    "pressure": (LENGTH,),
+    "lam": (LENGTH,),
+    "alpha1": (LENGTH,),
+    "amplitude": (LENGTH,),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """A special point: its kind, the solution there, and the arclengths between which it lies."""
+
+    kind: str
+    point: Point
+    bracket: tuple[float, float]
+
+    @property
+    def status(self) -> str:
+        """Say "located" if the bracket is as narrow as asked for, else "bracketed"."""
+        return "located" if self.bracket[1] - self.bracket[0] <= 10.0 * FOLD_WIDTH else "bracketed"
+
+
+def locate(
+    family: Family, points: Sequence[Point], monitors: tuple[tuple[str, Monitor], ...]
+) -> list[Located]:
+    """Find the special points between neighbouring points, in order along the branch."""
+    found: list[Located] = []
+    for kind, monitor in monitors:
+        values = [monitor(point) for point in points]
+        for i, (here, there) in enumerate(pairwise(points)):
+            if values[i] * values[i + 1] > 0.0 and kind in FOLDING:
+                middle = _between_folds(family, here, there, monitor, FOLDING[kind])
+                if middle is not None:
+                    found.append(Located(kind, *family.turning_point(here, middle, monitor)))
+                    found.append(Located(kind, *family.turning_point(middle, there, monitor)))
+            if values[i] * values[i + 1] >= 0.0:
+                continue
+            same = (p.point for p in found if p.kind == kind)
+            between = (p for p in same if here.arclength < p.arclength < there.arclength)
+            if any(abs(monitor(point)) < SAME for point in between):
+                continue  # the tip is the highest place
+            found.append(Located(kind, *family.turning_point(here, there, monitor)))
+    return sorted(found, key=lambda p: p.point.arclength)
+
+
+def _between_folds(
+    family: Family,
+    here: Point,
+    there: Point,
+    rate: Monitor,
+    quantity: Callable[[Point], float],
+    cuts: int = CUTS,
+) -> Point | None:
+    """Return a point between two folds that lie between neighbours, if there are such.
+
+    Both rates have one sign then, and so has their mean; the parabola through the three dips
+    below zero or comes near it.  Where it does, its vertex is looked at, and what lies beside it.
+    """
+    span = here.ahead(there.place)
+    a, b = rate(here), rate(there)
+    mean = (quantity(there) - quantity(here)) / span
+    bend = 6.0 * (mean - 0.5 * (a + b))  # of a + (b - a) t + bend t (1 - t), which has this mean
+    if cuts == 0 or bend * a >= 0.0:
+        return None
+    vertex = 0.5 + 0.5 * (b - a) / bend
+    least = a + (b - a) * vertex + bend * vertex * (1.0 - vertex)
+    if not 0.0 < vertex < 1.0 or least / a > DIP * min(1.0, b / a):
+        return None
+    middle = family.step(here, vertex * span)
+    if middle is None or rate(middle) * a < 0.0:
+        return middle
+    return _between_folds(family, here, middle, rate, quantity, cuts - 1) or _between_folds(
+        family, middle, there, rate, quantity, cuts - 1
+    )

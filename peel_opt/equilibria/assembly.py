@@ -1,0 +1,288 @@
+"""From walked points to a `Branch` and back: numbers, errors, special points, shapes."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InvalidInput, NotConverged
+from ..base.threads import one_thread
+from ..continuation.family import Family
+from ..continuation.fill import point_errors
+from ..continuation.points import Point
+from ..continuation.special import Located
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.equations import Scalars
+from ..model.named_laws import exponential
+from ..model.rod import Rod
+from ..residual.arclength import chart
+from ..residual.closures import Closure, rows
+from ..residual.discretisation import Discretisation, Transcription
+from ..residual.rounding import adjoint, scalar_gradient
+from ..residual.transcriptions import Collocation, Shooting, Spectral
+from .branch import Branch
+from .branch_parts import Solutions, SpecialPoint
+from .certify import first_integral_defect, held_tip_defect, report
+from .methods import Answer
+from .posed import Posed
+from .result import Equilibrium, Stats
+
+#: Errors of a point by which its certificate may miss zero.
+IDENTITY = 100.0
+
+#: Closures by the public name of what they hold fixed, and back.
+HOLDS = {
+    "ratio": "ratio",
+    "beta0": "length",
+    "pressure_ratio": "pressure",
+    "lam": "lam",
+    "alpha1": "alpha1",
+    "tip_angle": "amplitude",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One walked side of a branch.
+
+    Parameters
+    ----------
+    family : Family
+    points : list of Point
+    specials : list of Located
+    label : callable
+        Name of the state at an arclength.
+    ended : str
+    sign : {1, -1}
+        -1 for a side that is walked against the direction of the branch.
+    """
+
+    family: Family
+    points: list[Point]
+    specials: list[Located]
+    label: Callable[[float], str]
+    ended: str
+    sign: int = 1
+
+
+def closure_for(hold: str, value: float) -> Closure:
+    """Return the closure that holds a quantity, by its public name, at a value."""
+    if hold not in HOLDS:
+        raise InvalidInput(f"cannot hold {hold!r} fixed.", remedy=f"Choose one of {', '.join(HOLDS)}.")
+    if hold == "beta0":
+        return Closure("length", math.cbrt(value))
+    return Closure(HOLDS[hold], -value if hold == "tip_angle" else value)
+
+
+def held_value(closure: Closure, hold: str) -> float:
+    """Return the value of the held quantity, by its public name."""
+    if hold == "beta0":
+        return _shortest_cube(closure.value)
+    return -closure.value if hold == "tip_angle" else closure.value
+
+
+def _shortest_cube(root: float) -> float:
+    """Return the shortest number with this cube root: 4, not 4.000000000000001."""
+    rounded = (float(f"{root**3:.{digits}g}") for digits in range(1, 17))
+    return next((value for value in rounded if math.cbrt(value) == root), root**3)
+
+
+def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
+    """Join walked sides into one branch: those with sign -1 reversed, then the others.
+
+    Sides that start at the same point share it.
+    """
+    ordered: list[tuple[Part, Point]] = []
+    for part in parts:
+        if part.sign < 0:
+            shared = part is not parts[-1]
+            ordered += [(part, p) for p in reversed(part.points[shared:])]
+        else:
+            ordered += [(part, p) for p in part.points]
+    family = parts[-1].family
+    points = [p for _, p in ordered]
+    hold = next(name for name, kind in HOLDS.items() if kind == family.closure.kind)
+    pieces = family.law.pieces
+    return Branch(
+        law=family.law.name,
+        hold=hold,
+        held=held_value(family.closure, hold),
+        rod=rod,
+        **_columns(points, family),
+        arclength=np.array([part.sign * p.arclength for part, p in ordered]),
+        error=point_errors(family, points).total,
+        state=np.array([part.label(p.arclength) for part, p in ordered]),
+        special_points=_special_points(parts, ordered),
+        ended=ended,
+        options=dict(options),
+        solutions=Solutions(
+            transcription=repr(family.transcription),
+            phases=tuple("".join(str(pieces.index(q)) for q in p.problem.phases) for p in points),
+            unknowns=tuple(p.x for p in points),
+            tangents=tuple(p.tangent for p in points),
+            law=family.law,
+        ),
+    )
+
+
+def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
+    """Numbers of each point."""
+    scalars = [p.scalars for p in points]
+    tips = [s.A * p.profile.values[0, 0, 4] for s, p in zip(scalars, points, strict=True)]
+    over = [s.beta1 / s.beta0 if s.beta0 else math.nan for s in scalars]
+    return {
+        "A": np.array([s.A for s in scalars]),
+        "m": np.array([s.m for s in scalars]),
+        "sigma": np.array([s.sigma for s in scalars]),
+        "lam": np.array([s.lam for s in scalars]),
+        "tip_u": np.array(tips) * np.array(over),
+        "certificate": np.array(
+            [_certificate(family, p, float(tip)) for p, tip in zip(points, tips, strict=True)]
+        ),
+        "iterations": np.array([p.iterations for p in points]),
+    }
+
+
+def _certificate(family: Family, point: Point, tip: float) -> float:
+    """Certificate of a point; a tip on the plate excuses it only where the family holds its tip there."""
+    if family.tip_free:
+        return first_integral_defect(family.law, point.scalars, tip)
+    return held_tip_defect(family.law, point.scalars, tip)
+
+
+def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:
+    """Describe all special points in the order of the branch."""
+    place = {id(p): i for i, (_, p) in enumerate(ordered)}
+    found = [
+        describe(s.kind, s.status, s.bracket, place[id(s.point)], s.point.scalars)
+        for part in parts
+        for s in part.specials
+    ]
+    start = parts[-1].points[0]
+    if start.scalars.A == 0.0:
+        found.append(describe("BP", "located", (0.0, 0.0), place[id(start)], start.scalars))
+    last = parts[-1]
+    if last.ended == "contact":
+        end = last.points[-1]
+        found.append(describe("contact", "located", (end.arclength,) * 2, place[id(end)], end.scalars))
+    return tuple(sorted(found, key=lambda p: p.index))
+
+
+def describe(kind: str, status: str, bracket: tuple[float, float], index: int, s: Scalars) -> SpecialPoint:
+    """Return a special point with the numbers of its solution."""
+    P = s.pressure_ratio if s.beta0 else math.nan
+    return SpecialPoint(kind, status, bracket, index, s.beta0, s.lam, s.alpha1, P, s.sigma)
+
+
+#: Laws that a saved branch can be taken up with again by name alone.
+NAMED_LAWS = {law.name: law for law in (LINEAR, COHESIVE, exponential())}
+
+_TRANSCRIPTIONS: dict[str, type[Transcription]] = {c.__name__: c for c in (Spectral, Collocation, Shooting)}
+
+
+def law_of(branch: Branch) -> CohesiveLaw:
+    """Return the law a branch was traced with.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch comes from a file and the law was the user's own.
+    """
+    if branch.solutions is not None and branch.solutions.law is not None:
+        return branch.solutions.law
+    if branch.law in NAMED_LAWS:
+        return NAMED_LAWS[branch.law]
+    raise InvalidInput(f"the law {branch.law!r} is not stored with its branch.", remedy="Trace it again.")
+
+
+def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
+    """Return the discrete problem and its solution at a point of a branch."""
+    if branch.solutions is None:
+        raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
+    pieces = law_of(branch).pieces
+    phases = tuple(pieces[int(digit)] for digit in branch.solutions.phases[i])
+    return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
+
+
+def walked(branch: Branch) -> list[Point]:
+    """Return the points of a branch as those of a walk."""
+    pairs = [discretised(branch, i) for i in range(len(branch))]
+    assert branch.solutions is not None
+    together = zip(pairs, branch.solutions.tangents, branch.arclength.tolist(), strict=True)
+    return [Point(problem, x, tangent, arclength, 0) for (problem, x), tangent, arclength in together]
+
+
+def transcription_from(text: str) -> Transcription:
+    """Read a transcription back from its ``repr``, without evaluating it."""
+    try:
+        call = ast.parse(text, mode="eval").body
+        assert isinstance(call, ast.Call)
+        assert isinstance(call.func, ast.Name)
+        settings = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
+        return _TRANSCRIPTIONS[call.func.id](**settings)
+    except (SyntaxError, AssertionError, KeyError, TypeError, ValueError) as error:
+        raise InvalidInput(f"unknown transcription {text!r}.") from error
+
+
+def require_identity(branch: Branch, within: float) -> None:
+    """Raise where a point is no solution under its law, whatever two meshes agree on."""
+    # The metric holds alpha1/(1 + beta0), the certificate p/T0; the tip height has an error too,
+    # which grows with it.
+    scale = np.divide(1.0 + branch.beta0, branch.beta0, out=np.ones(len(branch)), where=branch.beta0 > 0.0)
+    size = scale * np.fmax(1.0, np.abs(branch.pressure_ratio))  # which is no number at beta0 = 0
+    misses = ~(branch.certificate <= IDENTITY * within * size)  # also what is not a number
+    if np.any(misses):
+        i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
+        raise NotConverged(
+            f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
+            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0, though two meshes agree.",
+            remedy="Trace it with more points, or with a finer mesh.",
+        )
+
+
+def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
+    """Return the `Equilibrium` at a point of a branch.
+
+    Its error is that of alpha1 at its beta0 and lambda, of a rod that of p/T0 at its length: the
+    distance from the branch times what the answer makes of it, which has no bound at a fold.  Its
+    ``tol`` is that of the trace, carried to the answer in the same way.
+    """
+    problem, x = discretised(branch, i)
+    if branch.rod is None:
+        posed = Posed.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))
+    else:
+        posed = Posed.at_length(branch.rod, law_of(branch), float(branch.length_ratio[i]))
+    assert branch.solutions is not None  # or it would not be discretised
+    response = _response(posed, problem, x, branch.solutions.tangents[i])
+    stats = Stats(method=branch.solutions.transcription, unknowns=problem.size)
+    solved = Answer(problem, x, float(branch.error[i]) * response, stats)
+    tol = float(branch.options.get("tol", 1e-8)) * response
+    return report(posed, str(branch.state[i]), solved, tol)
+
+
+def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.ndarray) -> float:
+    """Largest error of an answer for each unit of distance from the branch.
+
+    A point that is off by d in the scalars answers for numbers that are off too: the answer at the
+    given ones is off by (grad a - sum r_j grad g_j) d, with r_j = da/dg_j.
+    """
+    wanted = scalar_gradient(posed.read, x[-4:])
+    _, given = rows(*posed.given)(x[-4:])
+    if problem.scalars(x).m == 0.0:
+        # At the contact the system is singular; what the last closure does is seen along the branch.
+        slope = np.array([[0.0], [float(wanted @ tangent[-4:]) / float(given[1] @ tangent[-4:])]])
+        left = wanted - (slope * given).sum(axis=0)
+    else:
+        _, jacobian = problem.linearise(x)
+        gradient = np.zeros(len(x))
+        gradient[-4:] = wanted
+        with one_thread(len(x)):
+            response, _ = adjoint(jacobian, given, gradient, x)
+        left = wanted - response[-2:] @ given
+    # At T, where A = 0, the metric does not see m, and neither does the answer.
+    return float(np.linalg.norm(np.linalg.lstsq(chart(x[-4:])[1].T, left)[0]))

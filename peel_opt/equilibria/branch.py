@@ -1,0 +1,258 @@
+"""`Branch`: a traced curve of equilibria as immutable arrays, with its special points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arrays import read_only
+from ..base.errors import InvalidInput
+from ..model.equations import PI4
+from ..model.rod import Rod
+from .branch_parts import Solutions, SpecialPoint, Trivial
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+#: Columns of a branch: what is stored, in CSV and NPZ as well.
+COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A curve of equilibria.
+
+    Arrays have shape (n,) and cannot be written to.  ``len``, iteration and slicing go over
+    points; ``branch[i]`` is the `Equilibrium` there, ``branch[a:b]`` a branch.
+
+    Parameters
+    ----------
+    law : str
+    hold : str
+        What is the same along it: "ratio", "beta0", "pressure_ratio", "lam", "alpha1", "tip_angle".
+    held : float
+        Its value.
+    rod : Rod or None
+    arclength : ndarray
+        Length along the branch in the metric of the continuation.
+    A : ndarray
+        Minus the tip angle [rad].
+    m : ndarray
+        alpha1/A, finite also at T.
+    sigma : ndarray
+        sbar/eta.
+    lam : ndarray
+    tip_u : ndarray
+        Height of the tip over y0; nan at beta0 = 0.
+    error : ndarray
+        Estimated distance of each point from the exact branch, in the metric of the arclength.
+    certificate : ndarray
+        |p - Phi(y_tip)/y_tip| / T0.
+    iterations : ndarray
+        Newton iterations of each point.
+    state : ndarray of str
+    special_points : tuple of SpecialPoint
+    trivial : Trivial or None
+    ended : str
+        Why the walk stopped: "contact", "window", "p < 0", "limit", "stalled", "slice".
+    options : dict
+        What the trace was asked for.
+    index : ndarray or None
+        Number of unstable directions at fixed pressure, a fluttering pair as two, where it has
+        been computed: see `with_stability`.
+    """
+
+    law: str
+    hold: str
+    held: float
+    rod: Rod | None
+    arclength: np.ndarray
+    A: np.ndarray
+    m: np.ndarray
+    sigma: np.ndarray
+    lam: np.ndarray
+    tip_u: np.ndarray
+    error: np.ndarray
+    certificate: np.ndarray
+    iterations: np.ndarray
+    state: np.ndarray
+    special_points: tuple[SpecialPoint, ...] = ()
+    trivial: Trivial | None = None
+    ended: str = ""
+    options: dict[str, Any] = field(default_factory=dict)
+    solutions: Solutions | None = field(default=None, repr=False)
+    index: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        for name in (*COLUMNS, "state"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+        if self.index is not None:
+            object.__setattr__(self, "index", read_only(self.index))
+
+    # --- numbers along the branch -------------------------------------------------------
+
+    @property
+    def beta0(self) -> np.ndarray:
+        """(sbar/eta)^3."""
+        return self.sigma**3
+
+    @property
+    def beta1(self) -> np.ndarray:
+        """pi^4 + lambda."""
+        return self.lam + PI4
+
+    @property
+    def alpha1(self) -> np.ndarray:
+        """Extra pressure alpha - beta0."""
+        return self.m * self.A
+
+    @property
+    def alpha(self) -> np.ndarray:
+        """sbar^3 p / k."""
+        return self.beta0 + self.alpha1
+
+    @property
+    def pressure_ratio(self) -> np.ndarray:
+        """p/T0; nan at beta0 = 0."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.beta0 > 0.0, 1.0 + self.alpha1 / self.beta0, math.nan)
+
+    @property
+    def length_ratio(self) -> np.ndarray:
+        """sbar/eta."""
+        return self.sigma
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """eta/y0; infinite at beta0 = 0."""
+        with np.errstate(divide="ignore"):
+            return self.beta1 / self.sigma**4
+
+    @property
+    def tip_angle(self) -> np.ndarray:
+        """theta at the tip [rad]."""
+        return -self.A
+
+    @property
+    def tip_height(self) -> np.ndarray:
+        """y at the tip [m]; without a rod over y0."""
+        return self.tip_u if self.rod is None else self.tip_u * self.rod.adhesion_range
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """Pressure [Pa]; without a rod alpha."""
+        return self.alpha if self.rod is None else self.pressure_ratio * self.rod.adhesion_strength
+
+    @property
+    def length(self) -> np.ndarray:
+        """Detached length [m]; without a rod over eta."""
+        return self.sigma if self.rod is None else self.sigma * self.rod.eta
+
+    @property
+    def spurious(self) -> np.ndarray:
+        """Where the state is not one of a rod on a plate: y < 0, alpha1 > 0."""
+        return self.state == "spurious"
+
+    # --- points -------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return len(self.lam)
+
+    def __getitem__(self, which: int | slice) -> Any:
+        if isinstance(which, slice):
+            return self._sliced(which)
+        from .assembly import equilibrium_at
+
+        return equilibrium_at(self, range(len(self))[which])
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+    def _sliced(self, which: slice) -> Branch:
+        rows = range(len(self))[which]
+        place = {row: i for i, row in enumerate(rows)}
+        kept = tuple(replace(p, index=place[p.index]) for p in self.special_points if p.index in place)
+        columns = {name: getattr(self, name)[which] for name in (*COLUMNS, "state")}
+        solutions = self.solutions
+        if solutions is not None:
+            solutions = replace(
+                solutions,
+                phases=tuple(solutions.phases[i] for i in rows),
+                unknowns=tuple(solutions.unknowns[i] for i in rows),
+                tangents=tuple(solutions.tangents[i] for i in rows),
+            )
+        index = None if self.index is None else self.index[which]
+        return replace(self, **columns, special_points=kept, solutions=solutions, index=index, ended="slice")
+
+    def special(self, kind: str) -> tuple[SpecialPoint, ...]:
+        """Special points of one kind, in order along the branch."""
+        return tuple(p for p in self.special_points if p.kind == kind)
+
+    # --- out ----------------------------------------------------------------------------
+
+    def plot(self, ax: Axes | None = None, x: str | None = None, y: str | None = None) -> Axes:
+        """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod; return the axes."""
+        from ..plots import plot_branch
+
+        return plot_branch(self.with_stability(), ax, x, y)
+
+    def with_stability(self) -> Branch:
+        """Return the branch with ``index`` computed, where it carries its solutions."""
+        if self.index is not None or self.solutions is None:
+            return self
+        from ..analysis.stability_along import with_index
+
+        return with_index(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write everything to an NPZ file that `load` restores bit for bit."""
+        from .branch_files import save_branch
+
+        return save_branch(self, path)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write the points as CSV, with units in the header."""
+        from .branch_files import write_branch_csv
+
+        return write_branch_csv(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Branch:
+        """Read what `save` wrote."""
+        from .branch_files import load_branch
+
+        return load_branch(path)
+
+    def __repr__(self) -> str:
+        return "\n".join(self._tree())
+
+    def _tree(self) -> list[str]:
+        held = f"{self.hold} = {self.held:.6g}" if self.rod is None else repr(self.rod)
+        lines = [f"Branch of {len(self)} points, {self.law} law, {held}"]
+        if len(self):
+            ranges = {"lambda": self.lam, "alpha1": self.alpha1}
+            if np.all(self.beta0 > 0.0):
+                ranges |= {"p/T0": self.pressure_ratio, "sbar/eta": self.sigma}
+            lines += [f"├─ {name} {v.min():.6g} to {v.max():.6g}" for name, v in ranges.items()]
+            lines.append(
+                f"├─ error up to {self.error.max():.1e}, certificate up to {self.certificate.max():.1e}"
+            )
+        lines += [
+            f"├─ {p.kind:<11} p/T0 = {p.pressure_ratio:.9g}, sbar/eta = {p.length_ratio:.9g},"
+            f" lambda = {p.lam:.9g}, alpha1 = {p.alpha1:.9g} ({p.status})"
+            for p in self.special_points
+        ]
+        return [*lines, f"└─ ended: {self.ended}"]
+
+
+def require_branch(branch: object) -> Branch:
+    """Return ``branch`` if it is one, or say what it is instead."""
+    if not isinstance(branch, Branch):
+        raise InvalidInput(f"branch must be a Branch, got {branch!r:.60}.", remedy="Make one with trace.")
+    return branch

@@ -1,0 +1,82 @@
+"""What a branch is made of beside its columns: special points, the straight rod, solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.arrays import read_only
+from ..model.bond import CohesiveLaw
+
+
+@dataclass(frozen=True)
+class SpecialPoint:
+    """A special point of a branch.
+
+    Parameters
+    ----------
+    kind : str
+        "BP" (branch point of the straight rod), "LP-lambda", "LP-length", "LP-pressure" (folds),
+        "y=y0" (the rod reaches the end of the bond), "contact" (the tip touches the plate),
+        "self-contact" (the rod meets itself).
+    status : {"located", "bracketed", "exact"}
+    bracket : tuple of float
+        Arclengths between which it lies.
+    index : int
+        Position in the arrays of the branch.
+    beta0, lam, alpha1, pressure_ratio, length_ratio : float
+    """
+
+    kind: str
+    status: str
+    bracket: tuple[float, float]
+    index: int
+    beta0: float
+    lam: float
+    alpha1: float
+    pressure_ratio: float
+    length_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trivial:
+    """The straight rod at p = T0, for every lambda: alpha1 = 0."""
+
+    lam: np.ndarray
+    special_points: tuple[SpecialPoint, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lam", read_only(self.lam))
+
+    @property
+    def alpha1(self) -> np.ndarray:
+        """Zero, shape (n,)."""
+        return np.zeros_like(self.lam)
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """The discrete solutions behind the arrays, for restarts and shapes.
+
+    Parameters
+    ----------
+    transcription : str
+        As its ``repr``.
+    phases : tuple of str
+        Pieces of the law from tip to plate at each point, "10" for free then cohesive.
+    unknowns : tuple of ndarray
+    tangents : tuple of ndarray
+    law : CohesiveLaw, optional
+        Missing where the branch was read from a file.
+    """
+
+    transcription: str
+    phases: tuple[str, ...]
+    unknowns: tuple[np.ndarray, ...]
+    tangents: tuple[np.ndarray, ...]
+    law: CohesiveLaw | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("unknowns", "tangents"):
+            object.__setattr__(self, name, tuple(map(read_only, getattr(self, name))))

@@ -1,0 +1,284 @@
+"""From a start on the right branch to a certified number: solve, refine, estimate.
+
+The answered number is solved for on successively finer meshes.  The difference between two
+meshes, divided by what the refinement is sure to have gained, is the error of the finer one;
+to it come what rounding leaves of the last Newton update and what the rounding of the given
+numbers does through the condition of the question.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..base.errors import InvalidInput, NotConverged
+from ..model.bond import COHESIVE, LINEAR
+from ..model.equations import Scalars
+from ..residual import programme as nlp
+from ..residual.closures import Closure
+from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
+from ..residual.newton import Correction, correct
+from ..residual.phases import layout
+from ..residual.programme import Ipopt
+from ..residual.rounding import rounding, scalar_gradient
+from ..residual.transcriptions import Collocation, Shooting, Spectral
+from .closed_form import closed_form
+from .posed import Posed
+from .result import Stats
+
+#: How often a mesh may be refined before the tolerance counts as out of reach.
+MOST_REFINEMENTS = 5
+
+#: No refinement is believed to gain more.
+MOST_GAIN = 1e4
+
+#: Relative distance within which a state of the series is the one a profile shows.
+SAME = 1e-4
+
+ANOTHER = "Try method='spectral', which has no such limits."
+
+
+@dataclass(frozen=True)
+class Method:
+    """What to solve with: rungs of a ladder, from the cheapest to the last resort.
+
+    Parameters
+    ----------
+    transcription : Transcription or None
+        None for the closed form alone.
+    ipopt : Ipopt or None
+        Solve the first mesh as an NLP with these options; by Newton alone if None.
+    adaptive : bool
+        Refine until the error meets ``tol``.  If False the answer is the one on the given
+        mesh, and one refinement serves to estimate its error.
+    series : tuple of int
+        Orders of the closed form to try before any mesh.
+    fallback : Method or None
+        What to solve with where the transcription fails or misses ``tol``.
+    """
+
+    transcription: Transcription | None
+    ipopt: Ipopt | None = None
+    adaptive: bool = True
+    series: tuple[int, ...] = ()
+    fallback: Method | None = None
+
+
+METHODS = {
+    "series": Method(None, series=(12, 24, 40)),
+    "spectral": Method(Spectral()),
+    "collocation": Method(Collocation()),
+    "shooting": Method(Shooting(), Ipopt()),
+}
+# Order 40 takes longer to set up than a walk along the branch.
+METHODS["auto"] = Method(Spectral(), series=(12, 24), fallback=METHODS["collocation"])
+
+
+def as_method(method: str | Method | Transcription) -> Method:
+    """Return the method a caller named or configured."""
+    if isinstance(method, Method):
+        return method
+    if isinstance(method, Shooting):
+        return Method(method, Ipopt(), adaptive=False)
+    if isinstance(method, Transcription):
+        return Method(method, adaptive=False)
+    if isinstance(method, str) and method in METHODS:
+        return METHODS[method]
+    raise InvalidInput(
+        f"unknown method {method!r}.",
+        remedy=f"Choose one of {', '.join(sorted(METHODS))}, or pass a configured transcription.",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A solution with the error of its answered number."""
+
+    problem: Discretisation
+    x: np.ndarray
+    error: float
+    stats: Stats
+
+
+@dataclass(frozen=True, eq=False)
+class _Started:
+    """A question with the state it means: the profile to start from, in the phases of its law."""
+
+    posed: Posed
+    profile: Profile
+    phases: Phases
+    tol: float
+
+
+def answer(posed: Posed, profile: Profile, method: Method, tol: float) -> Answer:
+    """Answer for the state that a profile shows, starting from it.
+
+    Raises
+    ------
+    NotConverged
+        If IPOPT or Newton fails.
+    """
+    plan = layout(posed.effective_law, profile)
+    return _climb(_Started(posed, profile.rephased(plan.breaks), plan.phases, tol), method)
+
+
+def _climb(started: _Started, method: Method) -> Answer:
+    """Answer by the first rung of a method that meets the tolerance, or by the best."""
+    if method.series:
+        try:
+            return _summed(started, method.series)
+        except NotConverged:
+            if method.transcription is None:
+                raise
+    if method.fallback is None:
+        return _on_meshes(started, method)
+    try:
+        first = _on_meshes(started, method)
+    except NotConverged:
+        return _climb(started, method.fallback)
+    if first.error <= started.tol:
+        return first
+    try:
+        second = _climb(started, method.fallback)
+    except NotConverged:
+        return first
+    return min(first, second, key=lambda solved: solved.error)
+
+
+def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
+    """Answer by the series, if one of its states is the one of the profile."""
+    law = next((law for law in (LINEAR, COHESIVE) if started.phases == law.pieces[:1]), None)
+    if law is None:
+        raise NotConverged("the series needs the linear law and a shape within y0.", remedy=ANOTHER)
+    posed, s = replace(started.posed, law=law), started.profile.scalars
+    state, reason = "spurious" if s.alpha1 > 0.0 else "lower", ""
+    for wanted in (state, "middle"):
+        try:
+            found = closed_form(posed, wanted, orders, started.tol)
+        except NotConverged as error:
+            reason = reason or str(error)
+            continue
+        was = posed.read(s)
+        if abs(posed.read(found.problem.scalars(found.x)) - was) < SAME * (1.0 + abs(was)):
+            return Answer(found.problem, found.x, found.error, found.stats)
+    raise NotConverged(reason or "the series has no such state.", remedy=ANOTHER)
+
+
+def _on_meshes(started: _Started, method: Method) -> Answer:
+    """Answer on finer and finer meshes, until the error meets the tolerance or rounding ends it."""
+    began = time.perf_counter()
+    read, given = started.posed.read, started.posed.given
+    coarse = _first_solve(started, method)
+    iterations, evaluations = coarse.iterations, coarse.evaluations
+    refinements, before = 0, 0.0
+    while True:
+        refinements += 1
+        fine = _newton_solve(started, coarse.transcription.refined(), coarse.profile)
+        iterations += fine.iterations
+        evaluations += fine.evaluations + 1  # one more to bound the rounding
+        # No refinement gains more than the order: a smaller difference is luck.
+        difference = max(_difference(read, coarse, fine), before / coarse.transcription.most_gain)
+        chosen = fine if method.adaptive else coarse
+        gain = _gain(coarse.transcription.sure_gain, difference, before)
+        error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain)
+        noise, condition = rounding(chosen.problem, chosen.correction, given, read)
+        if not method.adaptive or error + noise <= started.tol:
+            break
+        if difference <= noise or refinements == MOST_REFINEMENTS:
+            break
+        coarse, before = fine, difference
+    stats = Stats(
+        method=repr(chosen.transcription),
+        seconds=time.perf_counter() - began,
+        iterations=iterations,
+        evaluations=evaluations,
+        unknowns=fine.problem.size,
+        refinements=refinements,
+        condition=condition,
+    )
+    return Answer(chosen.problem, chosen.correction.x, error + noise, stats)
+
+
+def _difference(read: Callable[[Scalars], float], coarse: _Solved, fine: _Solved) -> float:
+    """Return how far two meshes are apart in the answer.
+
+    Where the order is fixed, changes of the scalars are not let cancel: alpha1 = m A may agree by
+    chance on two meshes that differ a hundred times more in m and in A.
+    """
+    plain = abs(read(fine.scalars) - read(coarse.scalars))
+    if math.isinf(coarse.transcription.most_gain):
+        return plain
+    x = fine.correction.x[-4:]
+    apart = np.abs(x - coarse.correction.x[-4:])
+    return max(plain, float(np.abs(scalar_gradient(read, x)) @ apart))
+
+
+def _gain(sure: float, difference: float, before: float) -> float:
+    """Factor by which the last refinement shrank the error: what is sure, or what was seen.
+
+    Two differences show what one refinement gained; the next gains no less once a method
+    converges.  A tenth of it is believed, since a difference may be small by chance.
+    """
+    seen = 0.1 * before / difference if difference > 0.0 else 0.0
+    return min(max(sure, seen), MOST_GAIN)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """A converged solution on one mesh."""
+
+    transcription: Transcription
+    problem: Discretisation
+    correction: Correction
+    iterations: int
+    evaluations: int
+
+    @property
+    def scalars(self) -> Scalars:
+        return self.problem.scalars(self.correction.x)
+
+    @cached_property
+    def profile(self) -> Profile:
+        return self.problem.profile(self.correction.x)
+
+
+def _first_solve(started: _Started, method: Method) -> _Solved:
+    """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
+    assert method.transcription is not None
+    if method.ipopt is None:
+        return _newton_solve(started, method.transcription, started.profile)
+    problem, given = method.transcription.discretise(started.phases), started.posed.given
+    programme = nlp.solve(problem, problem.pack(started.profile), given, method.ipopt)
+    if not programme.solved:
+        raise NotConverged(
+            f"IPOPT stopped with {programme.status} after {programme.iterations} iterations"
+            f" on {method.transcription!r} with {problem.size} unknowns.",
+            remedy="Try a finer mesh, or method='spectral'.",
+        )
+    correction = _corrected(problem, programme.x, given)
+    iterations = programme.iterations + correction.iterations
+    evaluations = programme.evaluations + correction.iterations
+    return _Solved(method.transcription, problem, correction, iterations, evaluations)
+
+
+def _newton_solve(started: _Started, transcription: Transcription, profile: Profile) -> _Solved:
+    problem = transcription.discretise(started.phases)
+    correction = _corrected(problem, problem.pack(profile), started.posed.given)
+    # Each iteration evaluates the equations once.
+    return _Solved(transcription, problem, correction, correction.iterations, correction.iterations)
+
+
+def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...]) -> Correction:
+    result = correct(problem, start, given)
+    if not result.converged:
+        raise NotConverged(
+            f"Newton's method did not converge on {problem.size} unknowns"
+            f" (last relative update {result.step:.1e}).",
+            remedy="Try method='spectral', or a finer mesh.",
+        )
+    return result

@@ -1,0 +1,276 @@
+"""A question in dimensionless form, and how its state is found along the primary branch."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ..base.checks import positive
+from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
+from ..continuation.isobars import states_near
+from ..continuation.points import Point
+from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
+from ..model.bond import LINEAR
+from ..model.rod import RATIOS, require_ratio
+from ..residual.closures import Closure, rows
+from .certify import report
+from .closed_form import closed_form
+from .methods import Answer, Method, answer
+from .posed import Posed
+from .result import Equilibrium
+
+#: Share of its size by which an answer may differ, beyond its error, from that of the walk.
+FAITHFUL = 0.05
+
+#: Share of ``near`` within which an answer counts as near.
+NEARBY = 0.1
+
+#: Points of a branch without an end (the linear law's) to look at when all states are wanted.
+FAR = 200
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question in dimensionless form.
+
+    Parameters
+    ----------
+    posed : Posed
+    target : Closure
+        What the walk along the branch looks for.
+    unit : callable
+        From a value of the given number to what the caller gave.
+    words : str
+        The given number, for messages.
+    state : str or None
+    near : float or None
+        Value of the answer, dimensionless, to which the state should be nearest.
+    """
+
+    posed: Posed
+    target: Closure
+    unit: Callable[[float], float]
+    words: str
+    state: str | None
+    near: float | None
+
+    def fits(self, label: str) -> bool:
+        """Whether a state with this label is meant."""
+        if self.state is None:
+            return self.near is not None or label in UNFOLDED
+        return label == self.state or (self.state == "unfolded" and label in UNFOLDED)
+
+
+def solve(question: Question, method: Method, tol: float) -> Equilibrium:
+    """Find the state a question means, solve for it and certify the answer."""
+    tol = positive("tol", tol)
+    began, posed = time.perf_counter(), question.posed
+    if method.series and question.near is None and question.state != "folded":
+        _path_closure(question)
+        summed = _summed(question, method, tol)
+        if summed is not None:
+            return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
+        if method.transcription is not None:
+            method = replace(method, series=())
+    chosen, spacing, walked = _select(question)
+    solved = answer(posed, chosen.profile, method, tol)
+    result = report(posed, chosen.state, solved, tol)
+    own = posed.read(chosen.profile.scalars)
+    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
+    if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
+        raise NotConverged(
+            f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
+            remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
+        )
+    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
+    result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
+    if not result.certified:
+        raise NotCertified(
+            f"{question.words}: found {posed.asked} = {result.answer:.8g}, but its error"
+            f" {result.error:.1e} or its certificate {result.certificate:.1e} exceeds tol = {tol:.1e}"
+            f" (condition of the question {stats.condition:.1e}).",
+            remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
+            candidates=(result,),
+        )
+    return result
+
+
+def _distance(question: Question, answer: float) -> tuple[str, ...]:
+    """Flag an answer that was asked for by value and is not near it."""
+    if question.near is None or abs(answer - question.near) <= NEARBY * (abs(question.near) + NEARBY):
+        return ()
+    return (f"far from near={question.near:.4g}",)
+
+
+def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:
+    """Answer in closed form, without a walk; None where that is out of reach."""
+    posed = question.posed
+    for order in method.series:
+        state = question.state or "unfolded"
+        try:
+            found = closed_form(posed, state, (order,), tol)
+        except NotConverged:
+            continue
+        solved = Answer(found.problem, found.x, found.error, found.stats)
+        result = report(posed, found.state, solved, tol)
+        if result.certified and question.fits(found.state):
+            return result
+    return None
+
+
+def _path_closure(question: Question) -> Closure:
+    """Return what stays fixed along the branch to walk: a rod's ratio, or beta0 = 0."""
+    first = question.posed.given[0]
+    if first.kind == "ratio":
+        require_ratio(first.value)
+        return first
+    if first.value == 0.0:
+        return first
+    return Closure("ratio", question.posed.ratio)
+
+
+def _select(question: Question) -> tuple[Candidate, float, int]:
+    """Walk as far as the question needs and pick the state it means.
+
+    Returns the state, how far its answer is from that of the next one, and the length of
+    the walk in points.
+    """
+    closure, posed = _path_closure(question), question.posed
+    branch = primary_branch(posed.effective_law, closure, -1 if question.state == "spurious" else 1)
+    branch.extend(partial(_far_enough, branch, question))
+    found = branch.candidates(question.target)
+    if question.near is not None:
+        found = found + _off_the_branch(closure, question)
+    fitting = [c for c in found if question.fits(c.state)]
+    if not fitting:
+        raise _nothing_fits(branch, question, found)
+    if question.near is not None:
+        chosen = _nearest_candidate(fitting, question)
+    elif branch.ended in ("stalled", "limit") and not _far_enough(branch, question, branch.points[-1]):
+        raise _not_followed(branch, question, True)  # the state meant may lie beyond
+    elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
+        values = [posed.read(c.profile.scalars) for c in fitting]
+        listed = ", ".join(f"{posed.asked} = {v:.6g}" for v in values)
+        raise AmbiguousState(
+            f"{question.words}: {len(fitting)} {question.state} states fit: {listed}.",
+            remedy="Pick one with near=.",
+            candidates=tuple(values),
+        )
+    else:
+        chosen = min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))  # the lowest pressure
+    own = posed.read(chosen.profile.scalars)
+    others = np.array([c.estimate(posed.read) for c in found if c is not chosen])
+    apart = np.abs(others - own)
+    # What coincides with the chosen state is the same state, met on another walk.
+    spacing = float(np.min(apart[apart > 1e-4 * (1.0 + abs(own))], initial=np.inf))
+    return chosen, spacing, len(branch.points)
+
+
+def _off_the_branch(closure: Closure, question: Question) -> list[Candidate]:
+    """States that are not on the detached primary branch, near the answer sought."""
+    if question.near is None or question.target.kind != "length":
+        return []
+    law, beta0 = question.posed.effective_law, question.target.value**3
+    P = question.near if question.posed.asked == "pressure_ratio" else 1.0 + question.near / beta0
+    if P < 1.0:
+        return states_near(law, closure.value, question.target.value, P)
+    beyond = primary_branch(law, closure, -1)
+    beyond.extend(partial(_far_enough, beyond, question))
+    return beyond.candidates(question.target)
+
+
+def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candidate:
+    """Pick the state whose answer is nearest to the one sought, solving only where it is close."""
+    assert question.near is not None
+    near, read = question.near, question.posed.read
+    guessed = [abs(c.estimate(read) - near) for c in candidates]
+    margin = 2.0 * min(guessed) + 0.02 * (1.0 + abs(near))
+    close = [c for c, distance in zip(candidates, guessed, strict=True) if distance <= margin]
+    distances = [abs(read(c.profile.scalars) - near) for c in close]
+    same = min(distances) + 1e-7 * (1.0 + abs(near))
+    # A state of the primary branch may be met on another walk too: its own label comes first.
+    return next(c for c, distance in zip(close, distances, strict=True) if distance <= same)
+
+
+def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
+    """Whether the walk has passed every state the question may mean."""
+    s, target = last.scalars, question.target
+    endless = branch.family.law == LINEAR  # p may fall for ever while the length grows
+    if branch.side < 0 or target.kind == "lam":
+        return len(branch.points) > 1 and (s.lam if target.kind == "lam" else s.sigma) > target.value
+    if question.state == "folded" or question.near is not None:
+        return endless and len(branch.points) > FAR
+    if branch.fold("LP-pressure") is not None:
+        return True
+    if target.kind == "pressure":
+        return s.pressure_ratio < target.value
+    return s.pressure_ratio < 0.0 and s.sigma > target.value
+
+
+def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
+    """Say what exists instead, or that the branch could not be followed far enough to know."""
+    if not found and branch.family.law != LINEAR:
+        branch.extend(lambda _: False)
+        found = branch.candidates(question.target)
+    if branch.ended in ("stalled", "limit"):
+        in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
+        if _heads_for(branch, question.target) or not in_range:
+            return _not_followed(branch, question, in_range)
+    nearest, posed = _nearest(branch, question), question.posed
+    message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
+    if nearest is not None:
+        message += f" The nearest that does exist: {question.posed.given_name} = {nearest:.8g}."
+    if found:
+        listed = (f"{c.state} ({posed.asked} about {c.estimate(posed.read):.4g})" for c in found)
+        message += f" States that do exist there: {', '.join(listed)}."
+    remedy = "Ask for one of them with state=." if found else ""
+    return NoEquilibrium(message, remedy=remedy, nearest=nearest)
+
+
+def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
+    """Whether the last points of a walk come nearer to what is looked for."""
+    value = rows(target)
+    before, last = (float(value(p.x[-4:])[0][0]) for p in branch.points[-2:])
+    return before * last > 0.0 and abs(last) < abs(before)
+
+
+def _ratio(branch: PrimaryBranch) -> float:
+    """eta/y0 where a walk ended; infinite at beta0 = 0."""
+    last = branch.points[-1].scalars
+    return float(last.ratio) if last.sigma > 0.0 else math.inf
+
+
+def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> PeelOptError:
+    """Say where a walk ended that did not come to the end of its branch."""
+    last = branch.points[-1].scalars
+    reached = f"lambda = {last.lam:.4g}"
+    if last.sigma > 0.0:
+        reached += f", p/T0 = {last.pressure_ratio:.4g}"
+    message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
+    if in_range or branch.family.law == LINEAR:
+        return NotConverged(message, remedy="Give a number nearer to the transition.")
+    return OutOfRange(
+        f"{message} Its eta/y0 = {_ratio(branch):.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
+        remedy="Give groups of a rod within that range.",
+    )
+
+
+def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
+    """Value of the given number, nearest to the one asked, that the wanted states have."""
+    if question.posed.asked == "alpha1" and branch.side > 0:
+        # The caller keeps beta0, so what exists is read off the branch at this beta0.
+        branch = primary_branch(branch.family.law, question.posed.given[0])
+        branch.extend(lambda _: bool(branch.folds) or len(branch.points) > FAR)
+        asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
+    else:
+        kind, asked = question.target.kind, question.target.value
+        wanted = [p.scalars for p in branch.points if question.fits(branch.state_at(p.arclength))]
+        values = [s.pressure_ratio if kind == "pressure" else s.sigma for s in wanted]
+    if not values:
+        return None
+    return question.unit(round(float(min(values, key=lambda v: abs(v - asked))), 12))

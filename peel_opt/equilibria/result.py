@@ -1,0 +1,273 @@
+"""`Equilibrium`: one answer, its shape, and how far to trust it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..model.rod import Rod
+from ..residual.shape import Shape, Solution
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Flags that make a state unphysical under the law it was computed with.
+DISQUALIFYING = ("y > y0", "p < 0", "y < 0", "alpha1 > 0", "tip on plate", "self-contact")
+
+
+@dataclass(frozen=True)
+class Stats:
+    """How an answer was computed.
+
+    Parameters
+    ----------
+    method : str
+        The transcription and its settings, as last used.
+    seconds : float
+    iterations : int
+        Of IPOPT and of Newton together, the walk along the branch excluded.
+    evaluations : int
+        Of the discretised equations, with or without their Jacobian, on all meshes; inside IPOPT
+        those of the constraints.
+    unknowns : int
+        Of the finest problem solved.
+    refinements : int
+        How often the mesh was refined after the first solve.
+    path_points : int
+        Points of the branch on the way to the answer, shared by all questions of a rod.
+    condition : float
+        |d answer / d given|, both dimensionless; infinite at a fold.
+    """
+
+    method: str = ""
+    seconds: float = 0.0
+    iterations: int = 0
+    evaluations: int = 0
+    unknowns: int = 0
+    refinements: int = 0
+    path_points: int = 0
+    condition: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A detached equilibrium of the rod.
+
+    Numbers of the paper's groups are floats; ``nan`` where a group does not exist (P and
+    sigma at beta0 = 0) or nothing was found (``status`` tells).
+
+    Parameters
+    ----------
+    answered : {"pressure_ratio", "length_ratio", "alpha1"}
+        The number that was asked for, to which ``error`` belongs.
+    error : float
+        Estimate of its absolute error, dimensionless; not smaller than the true one.
+    certificate : float
+        |p - Phi(y_tip)/y_tip| / T0, which vanishes for every exact solution.
+    law : str
+        Name of the cohesive law; "linear" where it is exact.
+    state : str
+        "middle", "lower", "folded", "spurious" or "other".
+    status : str
+        "certified" if error and certificate are within ``tol``; else what went wrong.
+    flags : tuple of str
+        What a reader must know about the shape: "y > y0" (under the linear law), "p < 0",
+        "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact"; and
+        that the nearest state is "far from near=" the value asked for, in the groups' units.
+    """
+
+    rod: Rod | None
+    law: str
+    beta0: float
+    lam: float
+    alpha1: float
+    answered: str
+    error: float
+    certificate: float
+    tol: float
+    state: str
+    status: str
+    flags: tuple[str, ...] = ()
+    message: str = ""
+    stats: Stats = field(default_factory=Stats)
+    source: Shape | Solution | None = field(default=None, repr=False)
+
+    # --- the paper's groups -----------------------------------------------------------
+
+    @property
+    def beta1(self) -> float:
+        """(sbar/eta)^3 sbar/y0, equation (11)."""
+        return self.lam + math.pi**4
+
+    @property
+    def alpha(self) -> float:
+        """sbar^3 p / k, equation (10)."""
+        return self.beta0 + self.alpha1
+
+    @property
+    def pressure_ratio(self) -> float:
+        """P = p/T0; nan at beta0 = 0."""
+        return 1.0 + self.alpha1 / self.beta0 if self.beta0 else math.nan
+
+    @property
+    def length_ratio(self) -> float:
+        """sigma = sbar/eta; nan at beta0 = 0."""
+        return math.cbrt(self.beta0) if self.beta0 else math.nan
+
+    @property
+    def ratio(self) -> float:
+        """r = eta/y0; infinite at beta0 = 0."""
+        return self.beta1 / self.beta0 ** (4 / 3) if self.beta0 else math.inf
+
+    # --- in the rod's units -----------------------------------------------------------
+
+    @property
+    def pressure(self) -> float:
+        """Pressure [Pa]; without a rod in k/sbar^3, that is alpha."""
+        return self.alpha if self.rod is None else self.rod.pressure(self.pressure_ratio)
+
+    @property
+    def length(self) -> float:
+        """Detached length [m]; without a rod the unit of length, 1."""
+        return 1.0 if self.rod is None else self.rod.length(self.length_ratio)
+
+    @property
+    def answer(self) -> float:
+        """The dimensionless number that was asked for."""
+        return float(getattr(self, self.answered))
+
+    @property
+    def certified(self) -> bool:
+        """Whether error and certificate are within ``tol``."""
+        return self.status == "certified"
+
+    @property
+    def valid(self) -> bool:
+        """Whether the state is certified and physical under its law."""
+        return self.certified and not any(flag in DISQUALIFYING for flag in self.flags)
+
+    # --- shape, computed when first read ----------------------------------------------
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The fields in the paper's scaled variables."""
+        if self.source is None:
+            empty = np.empty(0)
+            return Shape(*(empty,) * len(fields(Shape)))
+        return self.source if isinstance(self.source, Shape) else self.source.shape()
+
+    @property
+    def _force_unit(self) -> float:
+        return 1.0 if self.rod is None else self.rod.force(1.0, self.length)
+
+    @property
+    def s(self) -> np.ndarray:
+        """Arc length from the free tip [m]."""
+        return self.shape.xi * self.length
+
+    @property
+    def x(self) -> np.ndarray:
+        """Along the plate from the detachment point [m]; the attached part has x > 0."""
+        return self.shape.x * self.length
+
+    @property
+    def y(self) -> np.ndarray:
+        """Height above the plate [m]."""
+        return self.shape.y * self.length
+
+    @property
+    def theta(self) -> np.ndarray:
+        """Angle of the tangent to the plate, anticlockwise [rad]."""
+        return self.shape.theta
+
+    @property
+    def curvature(self) -> np.ndarray:
+        """theta' [1/m]."""
+        return self.shape.curvature / self.length
+
+    @property
+    def Nx(self) -> np.ndarray:
+        """Reaction force along the plate [N/m]."""
+        return self.shape.Nx * self._force_unit
+
+    @property
+    def Ny(self) -> np.ndarray:
+        """Reaction force normal to the plate [N/m]."""
+        return self.shape.Ny * self._force_unit
+
+    @property
+    def tip_angle(self) -> float:
+        """theta at the free tip [rad]."""
+        return float(self.theta[0])
+
+    @property
+    def tip_height(self) -> float:
+        """y at the free tip [m]."""
+        return float(self.y[0])
+
+    # --- out --------------------------------------------------------------------------
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw rod, plate, y0, pressure and adhesion as in Fig 3; return the axes."""
+        from ..plots import plot_equilibrium
+
+        return plot_equilibrium(self, ax)
+
+    def summary(self) -> dict[str, Any]:
+        """All numbers of the answer as a flat dictionary, lengths and pressures with units."""
+        from .storage import equilibrium_record
+
+        return equilibrium_record(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write numbers and shape to an NPZ file that `load` restores bit for bit."""
+        from .storage import save_equilibrium
+
+        return save_equilibrium(self, path)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write the shape as CSV with units in the header and the numbers above it."""
+        from .storage import write_equilibrium_csv
+
+        return write_equilibrium_csv(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Equilibrium:
+        """Read what `save` or `to_csv` wrote."""
+        from .storage import load_equilibrium
+
+        return load_equilibrium(path)
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        state["source"] = self.shape  # compiled functions do not travel
+        return state
+
+    def __repr__(self) -> str:
+        if not math.isfinite(self.alpha1):
+            return f"Equilibrium(none: {self.status}; {self.message})"
+        if self.rod is None:
+            head = f"beta0={self.beta0:.6g}, lam={self.lam:.6g}, alpha1={self.alpha1:.10g}"
+        elif self.rod.dimensionless:
+            head = f"p/T0={self.pressure_ratio:.10g}, sbar/eta={self.length_ratio:.10g}"
+        else:
+            head = (
+                f"p={self.pressure:.8g} Pa, sbar={self.length:.8g} m, "
+                f"p/T0={self.pressure_ratio:.8g}, sbar/eta={self.length_ratio:.8g}"
+            )
+        flags = f", flags: {', '.join(self.flags)}" if self.flags else ""
+        return (
+            f"Equilibrium({head}; {self.state}, {self.law} law, {self.status}: "
+            f"error {self.error:.1e}, certificate {self.certificate:.1e}{flags})"
+        )
+
+    @classmethod
+    def nothing(cls, rod: Rod | None, answered: str, tol: float, status: str, message: str) -> Equilibrium:
+        """Return the result of a question without an answer, under ``throw=False``."""
+        nan = math.nan
+        return cls(rod, "", nan, nan, nan, answered, nan, nan, tol, "", status, message=message)

@@ -1,0 +1,298 @@
+"""`trace`: whole curves of equilibria, walked, checked point by point and labelled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from ..base.checks import finite, known_beta0, listed, pair, positive, whole
+from ..base.errors import InvalidInput, NotConverged, OutOfRange
+from ..continuation.family import Family, StepControl
+from ..continuation.fill import filled, point_errors
+from ..continuation.points import Point, arclength_between
+from ..continuation.primary import PrimaryBranch
+from ..continuation.special import RANGE, locate
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.equations import PI4, Scalars
+from ..model.rod import Rod, require_rod
+from ..residual.arclength import chart
+from ..residual.closures import Closure, rows
+from ..residual.discretisation import Transcription, require_transcription
+from ..residual.transcriptions import Spectral
+from .assembly import HOLDS, Part, assemble, closure_for, describe, require_identity
+from .branch import Branch
+from .branch_parts import Trivial
+from .posed import known_law
+
+#: Nodes per phase tried in turn until some points of the walk are accurate to a share of ``tol``:
+#: for laws of one piece, where a finer mesh costs little and what is read off a branch (folds,
+#: areas) gains by it; and for laws with kinks, whose shapes have up to three phases.
+NODES = ((12, 16, 24, 36, 54), (24, 36, 54))
+SHARE = (0.01, 0.3)
+
+#: Steps of the walk; the points between are filled in.
+WALK = StepControl(first=0.05, largest=0.25)
+
+#: Least number of points of the walk after which it is given up.
+LONGEST = 400
+
+#: End of the furthest window of lambda.
+MOST_LAMBDA = 1e10
+
+#: Highest mode; the straight rod is searched for as many branch points.
+MOST_MODES = 99
+
+
+def trace(
+    rod: Rod | None = None,
+    *,
+    beta0: float | None = None,
+    lam: tuple[float, float] = (-PI4, 10.0),
+    law: str | CohesiveLaw | None = None,
+    mode: int = 1,
+    points: int = 128,
+    at: Mapping[str, Sequence[float]] | None = None,
+    transcription: Transcription | None = None,
+    tol: float = 1e-10,
+) -> Branch:
+    """Trace a branch of detached equilibria with its special points.
+
+    Parameters
+    ----------
+    rod : Rod, optional
+        Trace the rod's primary branch, from T over all its folds until the tip touches the
+        plate; under the linear law, which for eta/y0 > 0.4319 has no end, until p < 0.
+        Either this or ``beta0``.
+    beta0 : float, optional
+        Trace the branch through T at this beta0, 0 or from 1e-12 to 1e12, in both directions; the
+        straight rod is beside it as ``trivial``.
+    lam : tuple of float
+        Window of lambda for ``beta0``: the branch is followed until it leaves the window for
+        good, and ends on its border exactly.
+    law : str or CohesiveLaw, optional
+        Default: law (8) for a rod, the linear law at fixed beta0.
+    mode : int
+        2, 3, ... up to 99 for the branches from beta1 = (mode pi)^4.
+    points : int
+        Least number of points; curved parts and special points add some.
+    at : dict, optional
+        Values at which points must lie exactly, such as ``{"pressure_ratio": [0.5, 0.2]}``.
+    transcription : Transcription, optional
+        Default: the spectral form with as many nodes as ``tol`` needs.
+    tol : float
+        Largest error of a point, in the metric of the arclength, but for what rounding adds:
+        that shows for eta/y0 above some hundreds and p below T0/1000.  ``error`` has both.
+
+    Returns
+    -------
+    Branch
+
+    Raises
+    ------
+    InvalidInput
+        If the arguments do not say what to trace, or the branch does not enter the window.
+    OutOfRange
+        For a ``beta0`` or a window of lambda outside its range.
+    NotConverged
+        If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
+
+    Examples
+    --------
+    >>> br = trace(beta0=4, lam=(-1, 3))
+    >>> fold = br.special("LP-lambda")[0]
+    >>> round(fold.lam, 10), round(fold.alpha1, 9)
+    (-0.2690010883, -1.394282025)
+    """
+    if (rod is None) == (beta0 is None):
+        raise InvalidInput("give either a rod or beta0 to trace.")
+    named = known_law(("linear" if rod is None else "cohesive") if law is None else law)
+    chosen = COHESIVE if named is None else named
+    mode = whole("mode", mode, 1, MOST_MODES)
+    points = whole("points", points, 2)
+    tol = positive("tol", tol)
+    window = _window(lam)
+    if rod is not None:
+        closure, sides = Closure("ratio", require_rod(rod).ratio), [1]
+    else:
+        closure, sides = Closure("length", math.cbrt(known_beta0(beta0))), [-1, 1]
+        if closure.value == 0.0 and chosen != LINEAR:
+            raise InvalidInput(
+                "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
+            )
+
+    def walk(transcription: Transcription) -> list[PrimaryBranch]:
+        # The tip stays on the plate along the branches of even modes.
+        family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
+        walks = [PrimaryBranch(family, side, mode, WALK, longest=max(LONGEST, 20 * points)) for side in sides]
+        for w in walks:
+            w.extend(partial(_left_for_good, window, w) if rod is None else partial(_past_zero, chosen))
+        return walks
+
+    options: dict[str, object] = {"mode": mode, "points": points, "tol": tol}
+    if rod is None:
+        options["lam"] = list(window)
+    kinked = len(chosen.pieces) > 1
+    nodes, share = NODES[kinked], SHARE[kinked]
+    meshes: list[Transcription] = [Spectral(n) for n in nodes]
+    if transcription is not None:
+        meshes = [require_transcription(transcription)]
+    for mesh in meshes:
+        walks = walk(mesh)
+        seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
+        if any(errors.gains_by_refinement(share * tol) for errors in seen) and mesh is not meshes[-1]:
+            continue
+        inside = [(w, *_inside(w, window if rod is None else None)) for w in walks]
+        inside = [entered for entered in inside if entered[1]]
+        if not inside:
+            raise InvalidInput(
+                f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
+                f" lambda from {(mode**4 - 1) * PI4:.6g}, where it begins.",
+                remedy="Give lam= a window that holds its beginning.",
+            )
+        length = sum(part[-1].arclength for _, part, _ in inside)
+        parts = [
+            _finished(w, filled(w.family, part, length / (points - 1)), ended, at)
+            for w, part, ended in inside
+        ]
+        cut = rod is None and all(part.ended == "window" for part in parts)
+        branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
+        reached = float(branch.error.max())
+        within = tol + 4.0 * max(errors.rounding.max() for errors in seen)
+        if reached <= within:
+            break
+    else:
+        raise NotConverged(
+            f"the branch is accurate to {reached:.1e} only, asked for {tol:.1e}.",
+            remedy="Give a larger tol, or a finer transcription.",
+        )
+    require_identity(branch, within)
+    if rod is not None:
+        return branch
+    return replace(branch, trivial=_trivial(closure, window, points))
+
+
+def _window(lam: tuple[float, float]) -> tuple[float, float]:
+    low, high = pair("lam", lam)
+    if not -PI4 <= low < high:
+        raise InvalidInput(f"the window of lambda must rise and lie above -pi^4, got ({low:g}, {high:g}).")
+    if high > MOST_LAMBDA:
+        raise OutOfRange(
+            f"lambda up to {high:.4g} is beyond {MOST_LAMBDA:g}, and no branch is followed so far.",
+            remedy="Give a window that ends sooner.",
+        )
+    return low, high
+
+
+def _past_zero(law: CohesiveLaw, last: Point) -> bool:
+    """Whether a rod's branch under the linear law has reached p < 0, where it may have no end."""
+    return law == LINEAR and last.scalars.pressure_ratio < 0.0
+
+
+def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:
+    """Whether a walk is past the upper border, or past the lower one with no fold left to turn at."""
+    low, high = window
+    if len(walk.points) < 2:
+        return False
+    before, lam = walk.points[-2].scalars.lam, last.scalars.lam
+    if lam > high:
+        return lam > before  # what begins above the window may come down to it
+    # Without a fold the branch runs on to lambda = -pi^4, which it approaches but never meets.
+    return lam < -0.999 * PI4 or (bool(walk.folds) and lam < min(low, before))
+
+
+def _inside(walk: PrimaryBranch, window: tuple[float, float] | None) -> tuple[list[Point], str]:
+    """Points of a walk inside the window, and why they end."""
+    if window is None:
+        return walk.points, walk.ended
+    points, cut = _cut(walk.family, walk.points, window)
+    return points, "window" if cut else walk.ended
+
+
+def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]]:
+    """Return the quantities and values at which points must lie, one pair for each."""
+    if at is None:
+        return []
+    if not isinstance(at, Mapping):
+        raise InvalidInput(
+            f"at must give values by quantity, got {at!r:.60}.",
+            remedy='Such as at={"pressure_ratio": [0.5]}.',
+        )
+    known = (*HOLDS, "length_ratio")
+    if strange := [name for name in at if name not in known]:
+        raise InvalidInput(
+            f"unknown quantity {strange[0]!r} in at=.", remedy=f"Choose one of {', '.join(known)}."
+        )
+    return [(name, finite(name, value)) for name, values in at.items() for value in listed(name, values)]
+
+
+def _finished(
+    walk: PrimaryBranch, points: list[Point], ended: str, at: Mapping[str, Sequence[float]] | None
+) -> Part:
+    """Add the special points and asked-for values to the points of a walk."""
+    arclengths = (points[0].arclength, points[-1].arclength)
+    specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
+    if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
+        specials += locate(walk.family, points, RANGE)
+    extra = [s.point for s in specials]
+    for name, value in asked_at(at):
+        extra += landings(walk.family, points, name, value)
+    known = {id(p) for p in points}
+    points = sorted(points + [p for p in extra if id(p) not in known], key=lambda p: p.arclength)
+    ordered = sorted(specials, key=lambda s: s.point.arclength)
+    sign = -1 if walk.side < 0 else 1
+    return Part(walk.family, points, ordered, walk.state_at, ended, sign)
+
+
+def _cut(family: Family, points: list[Point], window: tuple[float, float]) -> tuple[list[Point], bool]:
+    """End the points exactly where they leave the window for good; none if they never enter it."""
+    low, high = window
+    lam = [p.scalars.lam for p in points]
+    if low <= lam[-1] <= high:
+        return points, False
+    # A step may enter and leave: what counts is the span between two points.
+    crossing = [i for i, (a, b) in enumerate(pairwise(lam)) if min(a, b) <= high and max(a, b) >= low]
+    if not crossing:
+        return [], True
+    last = crossing[-1]
+    border = high if points[last + 1].scalars.lam > high else low
+    landed = landings(family, points[last : last + 2], "lam", border)
+    return points[: last + 1] + landed, True
+
+
+def landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
+    """Points of a branch at which a quantity has a value exactly."""
+    given = Closure("length", value) if name == "length_ratio" else closure_for(name, value)
+    miss = rows(given)
+    misses = [float(miss(p.x[-4:])[0][0]) for p in points]
+    found = []
+    for i, (here, there) in enumerate(pairwise(points)):
+        if misses[i] * misses[i + 1] < 0.0:
+            landed = family.land(here, there, given)
+            if landed is None:
+                raise NotConverged(
+                    f"could not land on {name} = {value:g}.",
+                    remedy="Ask for a value off a fold, or nearer to the transition.",
+                )
+            problem, result = landed
+            arclength = arclength_between(here, there, chart(result.x[-4:])[0])
+            found.append(family.point(problem, result.x, here.direction, arclength, result.iterations))
+    return found
+
+
+def _trivial(closure: Closure, window: tuple[float, float], points: int) -> Trivial:
+    """The straight rod over a window of lambda, with its branch points (18)."""
+    low, high = window
+    modes = [n for n in range(1, MOST_MODES + 1) if low <= (n**4 - 1) * PI4 <= high]
+    lam = np.unique([*np.linspace(low, high, points), *((n**4 - 1) * PI4 for n in modes)])
+    specials = []
+    for n in modes:
+        value = (n**4 - 1) * PI4
+        index = int(np.searchsorted(lam, value))
+        s = Scalars(0.0, 0.0, closure.value, value)
+        specials.append(describe("BP", "exact", (value, value), index, s))
+    return Trivial(lam, tuple(specials))

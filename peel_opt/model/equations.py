@@ -1,0 +1,158 @@
+"""The model: equations (12) and (14) of the paper, with the amplitude divided out.
+
+The straight rod solves (12) for every load, and a solver that falls back to it returns a
+wrong answer that looks converged.  So the shape is written as an amplitude times a field,
+
+    theta = A Theta,   y = A Y,   N = A n,   alpha1 = A m,   A = -theta(0),
+
+which makes Theta(0) = -1 part of the boundary conditions.  The straight rod is no solution
+of the scaled system; at A = 0 that system is the linear problem (13), whose solvability
+condition is beta1 = pi^4.  The tip angle is monotone along the whole primary branch, also
+where alpha1 returns to zero with the rod folded over, so it serves as amplitude everywhere.
+
+All functions here take floats, arrays or CasADi expressions alike.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .bond import Piece
+
+#: beta1 at the transition T, equation (18) with n = 1.
+PI4 = math.pi**4
+
+#: Number of first-order fields: Theta, K = Theta', n_x, n_y, Y.
+FIELDS = ("Theta", "K", "nx", "ny", "Y")
+
+
+@dataclass(frozen=True)
+class Scalars:
+    """The four numbers that go with the fields; floats or CasADi symbols.
+
+    Parameters
+    ----------
+    A : amplitude, minus the tip angle [rad]
+    m : alpha1 / A
+    sigma : sbar / eta, so that beta0 = sigma^3
+    lam : beta1 - pi^4; kept instead of beta1, which loses the digits near T
+    """
+
+    A: Any
+    m: Any
+    sigma: Any
+    lam: Any
+
+    @property
+    def beta0(self) -> Any:
+        """(sbar/eta)^3, equation (11)."""
+        return self.sigma**3
+
+    @property
+    def beta1(self) -> Any:
+        """(sbar/eta)^3 sbar/y0, equation (11)."""
+        return self.lam + PI4
+
+    @property
+    def alpha1(self) -> Any:
+        """Extra pressure alpha - beta0."""
+        return self.m * self.A
+
+    @property
+    def alpha(self) -> Any:
+        """Scaled pressure sbar^3 p / k, equation (10)."""
+        return self.beta0 + self.alpha1
+
+    @property
+    def ratio(self) -> Any:
+        """r = eta/y0 = beta1 / beta0^(4/3)."""
+        return self.beta1 / self.sigma**4
+
+    @property
+    def pressure_ratio(self) -> Any:
+        """P = p/T0 = alpha/beta0."""
+        return 1.0 + self.alpha1 / self.beta0
+
+    def height(self, Y: Any) -> Any:
+        """u = y/y0 of a scaled height."""
+        return self.A * Y * self.beta1 / self.beta0
+
+
+SMALL_ANGLE = 1e-2
+
+
+def sin_over(A: Any, Theta: Any) -> Any:
+    """sin(A Theta) / A without cancellation, also at A = 0."""
+    x = A * Theta
+    small = ca.fabs(x) < SMALL_ANGLE
+    safe = ca.if_else(small, 1.0, x)
+    q = x * x
+    series = 1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0)))
+    return Theta * ca.if_else(small, series, ca.sin(safe) / safe)
+
+
+def versine_over(A: Any, Theta: Any) -> Any:
+    """(1 - cos(A Theta)) / A without cancellation, also at A = 0."""
+    half = sin_over(A, Theta / 2.0)
+    return 2.0 * A * half * half
+
+
+def vertical_load(Theta: Any, Y: Any, scalars: Scalars, piece: Piece) -> Any:
+    """n_y' of (12c): pressure, less adhesion, over the amplitude."""
+    return scalars.m - scalars.alpha * versine_over(scalars.A, Theta) + piece.pull(Y, scalars)
+
+
+def bending(Theta: Any, nx: Any, ny: Any, scalars: Scalars) -> Any:
+    """Theta'' of (12a)."""
+    A = scalars.A
+    return ny * ca.cos(A * Theta) - nx * ca.sin(A * Theta)
+
+
+def rhs(state: Any, scalars: Scalars, piece: Piece) -> list[Any]:
+    """(12) as a first-order system for (Theta, K, n_x, n_y, Y), d/dxi."""
+    Theta, K, nx, ny, Y = (state[i] for i in range(5))
+    slope = sin_over(scalars.A, Theta)
+    return [
+        K,
+        bending(Theta, nx, ny, scalars),
+        -scalars.alpha * slope,
+        vertical_load(Theta, Y, scalars, piece),
+        slope,
+    ]
+
+
+def kernel(xi: np.ndarray, mode: int = 1) -> dict[str, np.ndarray]:
+    """Mode of (13), (14) at beta1 = (mode pi)^4, scaled so that Theta(0) = -1.
+
+    For ``mode`` = 1 this is (22), up to its amplitude.
+
+    Returns
+    -------
+    dict
+        Theta, K = Theta', ny = Theta'' and Y (arrays like ``xi``) and the number m = alpha1/A.
+        The remaining field of (22) is N_x = beta0 (Y(0) - Y).
+    """
+    g = mode * math.pi
+    s = (-1.0) ** mode
+    q = s * math.exp(-g)
+    grow, fade = -s * np.exp(g * (xi - 1.0)), np.exp(-g * xi)
+    cosine, sine = np.cos(g * xi), np.sin(g * xi)
+    # (16) with (17), and its derivatives over powers of g.
+    theta = grow + fade + (1.0 - q) * cosine + (1.0 + q) * sine
+    first = grow - fade - (1.0 - q) * sine + (1.0 + q) * cosine
+    second = grow + fade - (1.0 - q) * cosine - (1.0 + q) * sine
+    third = grow - fade + (1.0 - q) * sine - (1.0 + q) * cosine
+    edge = -s - math.exp(-g) - (1.0 + q) * s  # of the third, where y = 0: alpha1
+    scale = -1.0 / (2.0 * (1.0 - q))
+    return {
+        "Theta": scale * theta,
+        "K": scale * g * first,
+        "ny": scale * g**2 * second,
+        "Y": scale * (third - edge) / g,
+        "m": np.asarray(scale * g**3 * edge),
+    }

@@ -1,0 +1,74 @@
+"""Cohesive laws beyond the paper's two, ready to use."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..base.checks import positive
+from ..base.errors import InvalidInput
+from .bond import Affine, CohesiveLaw
+
+
+@dataclass(frozen=True)
+class _Exponential:
+    """exp(-u), or its drop 1 - exp(-u)."""
+
+    dropped: bool
+
+    def __call__(self, u: Any) -> Any:
+        import casadi as ca
+
+        return -ca.expm1(-u) if self.dropped else ca.exp(-u)
+
+
+def exponential() -> CohesiveLaw:
+    """tau = exp(-u): no kink, the same initial slope as law (8), work 1 - exp(-u).
+
+    Returns
+    -------
+    CohesiveLaw
+
+    Examples
+    --------
+    >>> round(exponential().tip_height(0.5), 4)  # p y_tip = T0 y0 (1 - exp(-y_tip/y0))
+    1.5936
+    """
+    return CohesiveLaw(
+        _Exponential(False), name="exponential", drop=_Exponential(True), work=_exponential_work
+    )
+
+
+def _exponential_work(u: float) -> float:
+    return -math.expm1(-u)
+
+
+def trapezoidal(plateau: float) -> CohesiveLaw:
+    """tau = 1 up to u = ``plateau`` < 1, then a straight line to 0 at u = 1.
+
+    With no slope at u = 0 there is no transition T: the critical length is infinite.
+
+    Parameters
+    ----------
+    plateau : float
+        Where the plateau ends, over y0; between 0 and 1.
+
+    Returns
+    -------
+    CohesiveLaw
+
+    Raises
+    ------
+    InvalidInput
+        If the plateau is not between 0 and 1.
+    """
+    if not positive("plateau", plateau) < 1.0:
+        raise InvalidInput(f"plateau must lie between 0 and 1, got {plateau:g}.")
+    slope = 1.0 / (1.0 - plateau)
+    return CohesiveLaw(
+        (Affine(1.0, 0.0), Affine(slope, -slope), Affine(0.0, 0.0)),
+        (plateau, 1.0),
+        name=f"trapezoidal({plateau:g})",
+        drop=(Affine(0.0, 0.0), Affine(-plateau * slope, slope), Affine(1.0, 0.0)),
+    )

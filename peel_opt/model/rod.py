@@ -1,0 +1,137 @@
+"""The rod, and the only place where SI units meet dimensionless numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..base.checks import finite, positive
+from ..base.errors import InvalidInput, OutOfRange
+
+#: The material numbers of a rod and their units.
+UNITS = {"bending_stiffness": "N m", "adhesion_strength": "Pa", "adhesion_range": "m"}
+
+#: Their names, in the order of the arguments of `Rod`.
+MATERIAL = tuple(UNITS)
+
+#: eta/y0 between which answers are tested, and between which a branch is followed at all.
+RATIOS, FOLLOWED = (0.005, 3000.0), (1e-6, 1e4)
+
+
+@dataclass(frozen=True)
+class Rod:
+    """An inextensible rod stuck to a plate, per unit width.
+
+    Parameters
+    ----------
+    bending_stiffness : float
+        k [N m], for a strip of thickness h: E h^3 / (12 (1 - nu^2)).
+    adhesion_strength : float
+        T0 [Pa], the traction at which the bond starts to open.
+    adhesion_range : float
+        y0 [m], the separation at which the traction has vanished, law (8).
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not finite and positive.
+
+    Examples
+    --------
+    >>> rod = Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+    >>> round(rod.ratio, 2)
+    0.75
+    """
+
+    bending_stiffness: float
+    adhesion_strength: float
+    adhesion_range: float
+
+    def __post_init__(self) -> None:
+        for name, unit in UNITS.items():
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+
+    @classmethod
+    def from_ratio(cls, ratio: float) -> Rod:
+        """Rod with eta/y0 = ``ratio`` in units where T0 = 1 and eta = 1."""
+        return cls(1.0, 1.0, 1.0 / positive("ratio", ratio))
+
+    @property
+    def eta(self) -> float:
+        """Elasto-adhesion length (k/T0)^(1/3) [m]."""
+        return math.cbrt(self.bending_stiffness / self.adhesion_strength)
+
+    @property
+    def ratio(self) -> float:
+        """r = eta/y0, the only number of the rod that matters without units."""
+        return self.eta / self.adhesion_range
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether T0 = 1 and k = 1, so that lengths are in eta and pressures in T0."""
+        return self.bending_stiffness == 1.0 and self.adhesion_strength == 1.0
+
+    @property
+    def critical_length(self) -> float:
+        """Detached length at T [m], equation (20)."""
+        return math.pi * self.eta * self.ratio**-0.25
+
+    @property
+    def work_of_separation(self) -> float:
+        """Work to open a unit area fully [J/m^2], T0 y0 / 2 under law (8)."""
+        return 0.5 * self.adhesion_strength * self.adhesion_range
+
+    def length_ratio(self, length: float) -> float:
+        """Return sigma = sbar/eta of a detached length [m]."""
+        return positive("length", length, "m") / self.eta
+
+    def pressure_ratio(self, pressure: float) -> float:
+        """Return P = p/T0 of a pressure [Pa]."""
+        return finite("pressure", pressure, "Pa") / self.adhesion_strength
+
+    def length(self, sigma: float) -> float:
+        """Detached length [m] of sigma = sbar/eta."""
+        return sigma * self.eta
+
+    def pressure(self, pressure_ratio: float) -> float:
+        """Pressure [Pa] of P = p/T0."""
+        return pressure_ratio * self.adhesion_strength
+
+    def groups(self, length: float) -> tuple[float, float]:
+        """Return (beta0, beta1) of equation (11) at a detached length [m]."""
+        sigma = self.length_ratio(length)
+        return sigma**3, self.ratio * sigma**4
+
+    def force(self, n_hat: float, length: float) -> float:
+        """Force per width [N/m] of a scaled force N_hat at a detached length [m], (9)."""
+        return n_hat * self.bending_stiffness / length**2
+
+    def __repr__(self) -> str:
+        if self.dimensionless:
+            return f"Rod(eta/y0={self.ratio:.6g}; in units of T0 and eta)"
+        return (
+            f"Rod(k={self.bending_stiffness:.6g} N m, T0={self.adhesion_strength:.6g} Pa, "
+            f"y0={self.adhesion_range:.6g} m; eta={self.eta:.4g} m, eta/y0={self.ratio:.4g})"
+        )
+
+
+def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:
+    """Return eta/y0 if it is within limits, or say that it is not."""
+    low, high = limits
+    if not low <= ratio <= high:
+        raise OutOfRange(
+            f"eta/y0 = {ratio:.4g} is outside [{low:g}, {high:g}].",
+            remedy="Check that no two material numbers are swapped or in the wrong unit.",
+        )
+    return ratio
+
+
+def require_rod(rod: object) -> Rod:
+    """Return ``rod`` if it is one whose branch can be followed, or say what it is instead."""
+    if not isinstance(rod, Rod):
+        raise InvalidInput(
+            f"rod must be a Rod, got {rod!r:.60}.",
+            remedy="Make one with Rod(k, T0, y0) or Rod.from_ratio(r).",
+        )
+    require_ratio(rod.ratio, FOLLOWED)
+    return rod

@@ -1,0 +1,116 @@
+"""Questions as equations on the scalars: what is given closes the residual of (12).
+
+(12) with (14) leaves two of its scalars open.  "Pressure at given length" fixes the rod's
+ratio and sbar, "length at given pressure" the ratio and p, the paper's dual problem beta0
+and lambda; with the length open, theta'(1) = 0 in (14) is the Weierstrass-Erdmann
+condition (49).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, Self
+
+import casadi as ca
+import numpy as np
+
+from ..model.equations import PI4, Scalars
+from .arclength import coordinates
+from .compiled import Compiled
+
+#: Each closure as an expression that vanishes, of the scalars and the given numbers.
+EQUATIONS: dict[str, Callable[..., Any]] = {
+    "ratio": lambda s, r: s.lam + PI4 - r * s.sigma**4,  # r = eta/y0
+    "length": lambda s, sigma: s.sigma - sigma,  # sbar/eta
+    "pressure": lambda s, P: s.alpha1 - (P - 1.0) * s.beta0,  # p/T0
+    "lam": lambda s, lam: s.lam - lam,
+    "alpha1": lambda s, alpha1: s.alpha1 - alpha1,
+    "amplitude": lambda s, A: s.A - A,  # minus the tip angle
+    "plane": lambda s, offset, *normal: ca.dot(ca.vertcat(*normal), coordinates(s)) - offset,
+}
+
+#: How many numbers a closure takes, where it is not one.
+TAKES = {"plane": 5}
+
+
+@dataclass(frozen=True)
+class Closure:
+    """One given number: a key of `EQUATIONS` and its value."""
+
+    kind: str
+    value: float
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The given numbers of the equation."""
+        return (self.value,)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane across a branch, in the coordinates of the arclength."""
+
+    offset: float
+    normal: tuple[float, ...]
+
+    kind: ClassVar[str] = "plane"
+
+    @classmethod
+    def across(cls, place: np.ndarray, direction: np.ndarray, distance: float = 0.0) -> Self:
+        """Return the plane normal to the unit vector ``direction``, at a distance from a place."""
+        return cls(float(direction @ place) + distance, tuple(direction.tolist()))
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The given numbers of the equation."""
+        return (self.offset, *self.normal)
+
+
+#: What may close the residual.
+Closing = Closure | Plane
+
+
+def parameters(closing: Sequence[Closing]) -> np.ndarray:
+    """The given numbers of some closures, one after the other."""
+    return np.array([number for closure in closing for number in closure.parameters])
+
+
+def symbols(kinds: Sequence[str]) -> ca.SX:
+    """Return symbols for the given numbers of some closures."""
+    return ca.SX.sym("given", sum(TAKES.get(kind, 1) for kind in kinds))
+
+
+def equations(kinds: Sequence[str], scalars: Scalars, given: Any) -> Any:
+    """Return the closures of these kinds as a column of expressions that vanish."""
+    numbers = iter(ca.vertsplit(given))
+    return ca.vertcat(
+        *(EQUATIONS[kind](scalars, *(next(numbers) for _ in range(TAKES.get(kind, 1)))) for kind in kinds)
+    )
+
+
+@lru_cache(maxsize=64)
+def _compiled(kinds: tuple[str, ...]) -> Compiled:
+    s, given = ca.SX.sym("s", 4), symbols(kinds)
+    values = equations(kinds, Scalars(*ca.vertsplit(s)), given)
+    gradients = (ca.densify(ca.jacobian(values, v)) for v in (s, given))
+    return Compiled(ca.Function("closures", [s, given], [values, *gradients]))
+
+
+def rows(*closing: Closing) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Return the closures as a function of the scalars: their values (k,) and gradient (k, 4)."""
+    function = _compiled(tuple(c.kind for c in closing))
+    given = parameters(closing)
+
+    def evaluate(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, gradient, _ = function(scalars, given)
+        return values, gradient.reshape(len(closing), 4, order="F")
+
+    return evaluate
+
+
+def sensitivity_to_given(closures: tuple[Closure, ...], scalars: np.ndarray) -> np.ndarray:
+    """d(equations)/d(given values), shape (k, k)."""
+    function = _compiled(tuple(c.kind for c in closures))
+    return function(scalars, parameters(closures))[2].reshape(len(closures), len(closures), order="F")

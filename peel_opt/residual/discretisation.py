@@ -1,0 +1,298 @@
+"""What every transcription of (12) has in common: layout, compiled residual, profiles.
+
+A transcription turns the boundary-value problem into a residual R(x) = 0.  Whatever the
+method, the unknowns end in the lengths of all phases but the last and in the four scalars,
+
+    x = (fields of the method, phase lengths, A, m, sigma, lambda),
+
+and R has two equations fewer than x has entries: a question adds the other two.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import Any, Self
+
+import casadi as ca
+import numpy as np
+import scipy.sparse as sp
+
+from ..base.errors import InvalidInput
+from ..model.bond import Piece
+from ..model.equations import FIELDS, Scalars
+from .compiled import Compiled, Pattern, is_dense
+
+#: Pieces of the law from the free tip to the detachment point.
+Phases = tuple[Piece, ...]
+
+#: Points per phase of a profile: enough for a start, sparse enough to be free.
+PROFILE_POINTS = 33
+
+
+@lru_cache(maxsize=64)
+def chebyshev(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Chebyshev points on [0, 1], both ends included, and their barycentric weights."""
+    k = np.arange(points)
+    zeta = 0.5 * (1.0 - np.cos(np.pi * k / (points - 1)))
+    weights = (-1.0) ** k
+    weights[[0, -1]] *= 0.5
+    return zeta, weights
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Fields of one solution, sampled so that any transcription can start from them.
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (phases,)
+        Share of the detached length that each phase has, from the tip.
+    values : ndarray, shape (phases, PROFILE_POINTS, 5)
+        Theta, K, n_x, n_y, Y on the Chebyshev points of each phase.
+    scalars : Scalars
+        As floats.
+    """
+
+    lengths: np.ndarray
+    values: np.ndarray
+    scalars: Scalars
+
+    def in_phase(self, phase: int, zeta: np.ndarray) -> np.ndarray:
+        """Fields at local coordinates of one phase, shape (len(zeta), 5)."""
+        nodes, weights = chebyshev(self.values.shape[1])
+        gap = np.subtract.outer(np.asarray(zeta, dtype=float), nodes)
+        hit = gap == 0.0
+        gap[hit] = 1.0
+        kernel = weights / gap
+        on_node = hit.any(axis=1)
+        kernel[on_node] = hit[on_node]
+        return (kernel @ self.values[phase]) / kernel.sum(axis=1, keepdims=True)
+
+    def at(self, xi: np.ndarray) -> np.ndarray:
+        """Fields at coordinates 0 <= xi <= 1 from the tip, shape (len(xi), 5)."""
+        edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        edges[-1] = 1.0
+        owner = np.clip(np.searchsorted(edges, xi, side="right") - 1, 0, len(self.lengths) - 1)
+        out = np.empty((len(xi), len(FIELDS)))
+        for phase in np.unique(owner):
+            mine = owner == phase
+            out[mine] = self.in_phase(phase, (xi[mine] - edges[phase]) / (edges[phase + 1] - edges[phase]))
+        return out
+
+    def heights(self) -> np.ndarray:
+        """u = y/y0 on the points of each phase, shape (phases, PROFILE_POINTS)."""
+        return self.scalars.height(self.values[:, :, 4])
+
+    def coordinates(self) -> np.ndarray:
+        """xi of the points of each phase, shape (phases, PROFILE_POINTS)."""
+        nodes, _ = chebyshev(self.values.shape[1])
+        starts = np.concatenate([[0.0], np.cumsum(self.lengths)[:-1]])
+        return starts[:, None] + self.lengths[:, None] * nodes
+
+    def rephased(self, breaks: Sequence[float]) -> Profile:
+        """Return the same fields cut into phases at 0 < breaks < 1."""
+        edges = np.array([0.0, *breaks, 1.0])
+        nodes, _ = chebyshev(PROFILE_POINTS)
+        values = np.array([self.at(a + (b - a) * nodes) for a, b in pairwise(edges)])
+        return Profile(np.diff(edges), values, self.scalars)
+
+
+def require_transcription(value: object) -> Transcription:
+    """Return ``value`` if it is a transcription, or say what it is instead."""
+    if not isinstance(value, Transcription):
+        raise InvalidInput(
+            f"transcription must be a Transcription, got {value!r:.60}.",
+            remedy="Pass Spectral(), Collocation() or Shooting().",
+        )
+    return value
+
+
+class Discretisation(ABC):
+    """A transcription applied to a sequence of phases: the compiled residual and its readers."""
+
+    #: The transcription, where a finer one of its kind may be wanted.
+    settings: Transcription | None = None
+
+    def __init__(self, phases: Phases, field_count: int) -> None:
+        self.phases = phases
+        self.field_count = field_count
+        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + 4)
+        self._samplers: dict[bytes, ca.Function] = {}
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return int(self.x.numel())
+
+    def symbols(self) -> tuple[ca.MX, list[ca.MX], ca.MX]:
+        """Field unknowns, phase lengths and the four scalars as CasADi expressions."""
+        tail = self.x[self.field_count : self.size - 4]
+        free = ca.vertsplit(tail) if len(self.phases) > 1 else []
+        return self.x[: self.field_count], [*free, 1 - sum(free)], self.x[self.size - 4 :]
+
+    @abstractmethod
+    def residual_expression(self) -> ca.MX:
+        """R(x), two entries fewer than x."""
+
+    @property
+    @abstractmethod
+    def angle_row(self) -> int:
+        """Row of R that holds Theta(1) = 0."""
+
+    @abstractmethod
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+
+    @abstractmethod
+    def sample_expression(self, zeta: np.ndarray) -> ca.MX:
+        """Fields at the same local coordinates in every phase, (phases * len(zeta)) x 5."""
+
+    @abstractmethod
+    def pack_fields(self, profile: Profile) -> np.ndarray:
+        """Field unknowns of a profile that has these phases."""
+
+    @cached_property
+    def expression(self) -> ca.MX:
+        """The residual expression, built once."""
+        return self.residual_expression()
+
+    def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
+        """R(x) and dR/dx; a method that knows a cheaper way than automatic differentiation takes it."""
+        return self.expression, ca.jacobian(self.expression, self.x)
+
+    @cached_property
+    def linearised(self) -> ca.Function:
+        """Compiled x -> (R, dR/dx)."""
+        return ca.Function("linearised", [self.x], list(self.linearised_expressions()))
+
+    @cached_property
+    def _linearise(self) -> tuple[Compiled, Pattern | None]:
+        residual, jacobian = self.linearised(self.x)
+        if is_dense(jacobian.sparsity()):
+            return Compiled(ca.Function("dense", [self.x], [residual, ca.densify(jacobian)])), None
+        return Compiled(self.linearised), Pattern.of(self.linearised.sparsity_out(1))
+
+    def linearise(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray | sp.csc_matrix]:
+        """R and dR/dx as arrays; the latter sparse in large systems that are mostly zeros."""
+        compiled, pattern = self._linearise
+        residual, jacobian = compiled(x)
+        return residual, jacobian if pattern is None else pattern.matrix(jacobian)
+
+    @cached_property
+    def _residual(self) -> Compiled:
+        return Compiled(ca.Function("residual", [self.x], [self.expression]))
+
+    def residual(self, x: np.ndarray) -> np.ndarray:
+        """R alone, for the price of a few products of a matrix and a vector."""
+        return self._residual(x)[0]
+
+    @cached_property
+    def tip_height(self) -> ca.Function:
+        """Compiled x -> (Y(0), dY(0)/dx)."""
+        tip = self.tip_expression()
+        return ca.Function("tip", [self.x], [tip, ca.jacobian(tip, self.x)])
+
+    @cached_property
+    def _profile_sampler(self) -> Compiled:
+        return Compiled(self.sampler(chebyshev(PROFILE_POINTS)[0]))
+
+    def sampler(self, zeta: np.ndarray) -> ca.Function:
+        """Compiled x -> fields at local coordinates ``zeta`` of every phase, remembered."""
+        key = np.asarray(zeta, dtype=float).tobytes()
+        if key not in self._samplers:
+            self._samplers[key] = ca.Function("sample", [self.x], [self.sample_expression(zeta)])
+        return self._samplers[key]
+
+    def scalars(self, x: np.ndarray) -> Scalars:
+        """The four scalars of a solution, as floats."""
+        return Scalars(*x[-4:].tolist())
+
+    def lengths(self, x: np.ndarray) -> np.ndarray:
+        """Lengths of all phases, shares of 1."""
+        if len(self.phases) == 1:
+            return np.ones(1)
+        free = x[self.field_count : -4]
+        return np.append(free, 1.0 - free.sum())
+
+    def profile(self, x: np.ndarray) -> Profile:
+        """Sample a solution."""
+        values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(FIELDS))
+        return Profile(self.lengths(x), values, self.scalars(x))
+
+    def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
+        """Unknowns of the same solution on another mesh of the same phases."""
+        return finer.pack(self.profile(x))
+
+    def pack(self, profile: Profile) -> np.ndarray:
+        """Unknowns that represent a profile with these phases."""
+        s = profile.scalars
+        return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], [s.A, s.m, s.sigma, s.lam]])
+
+
+class Transcription(ABC):
+    """A way to discretise (12), with its settings as fields."""
+
+    @property
+    @abstractmethod
+    def sure_gain(self) -> float:
+        """Factor > 1 by which `refined` shrinks the error even before its order shows."""
+
+    @property
+    def most_gain(self) -> float:
+        """Factor by which `refined` shrinks the error in the end; infinite where there is no order."""
+        return math.inf
+
+    @abstractmethod
+    def discretise(self, phases: Phases) -> Discretisation:
+        """Return the compiled problem for these phases; the same object for the same phases."""
+
+    @abstractmethod
+    def refined(self) -> Any:
+        """Return the same method with a finer mesh."""
+
+
+@dataclass(frozen=True)
+class FixedOrder(Transcription):
+    """A transcription on intervals, whose error falls with a power of their length.
+
+    A subclass is a frozen dataclass that gives ``intervals`` a default.
+    """
+
+    intervals: int
+
+    @property
+    @abstractmethod
+    def order(self) -> int:
+        """Power of the length of an interval with which errors fall in the end."""
+
+    @property
+    def sure_gain(self) -> float:
+        """Doubling the intervals gains about half the order from the start; half of that is sure."""
+        return 1.0 + 2.0 ** (self.order / 2 - 1)
+
+    @property
+    def most_gain(self) -> float:
+        """Doubling the intervals gains 2^order in the end."""
+        return 2.0**self.order
+
+    def refined(self) -> Self:
+        """Twice as many intervals."""
+        return replace(self, intervals=2 * self.intervals)
+
+
+def switch_equations(phases: Phases, heights: Sequence[ca.MX]) -> list[ca.MX]:
+    """y = y0 u_kink where one phase ends and the next begins.
+
+    ``heights`` are u at the end of every phase but the last.
+    """
+    return [u - shared_kink(a, b) for u, a, b in zip(heights, phases[:-1], phases[1:], strict=True)]
+
+
+def shared_kink(a: Piece, b: Piece) -> float:
+    """The kink where two neighbouring pieces of a law meet."""
+    return a.start if a.start == b.stop else a.stop

@@ -1,0 +1,126 @@
+"""Which pieces of the law a shape visits, and where it changes from one to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..model.bond import CohesiveLaw
+from .discretisation import Phases, Profile
+
+#: Excursions past a kink smaller than this (in u = y/y0) are left in their phase: the error
+#: they make goes with the power 3/2.
+EXCURSION = 1e-9
+
+#: An extremum this close to a kink may pass it between two points of a profile.
+GRAZING = 1e-4
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Phases from the tip to the detachment point and the xi where they change."""
+
+    phases: Phases
+    breaks: tuple[float, ...]
+
+
+def layout(law: CohesiveLaw, profile: Profile) -> Layout:
+    """Read the phases of a shape off its heights."""
+    pieces = law.pieces
+    if len(pieces) == 1:
+        return Layout(pieces, ())
+    xi, u = heights_with_extrema(profile)
+    crossings = sorted(
+        crossing
+        for below, kink in enumerate(law.kinks)
+        for crossing in _crossings(profile, xi, u - kink, kink, below)
+    )
+    # The detachment point has u = 0: without a crossing everything is in the first piece.
+    sequence, breaks = [pieces[crossings[0][1] if crossings else 0]], []
+    for where, _, after in crossings:
+        sequence.append(pieces[after])
+        breaks.append(where)
+    return Layout(tuple(sequence), tuple(breaks))
+
+
+def fits(profile: Profile, phases: Phases) -> bool:
+    """Whether every phase lies clearly inside its piece: a cheap look before `layout`."""
+    if not np.all(profile.lengths > 0.0):
+        return False
+    for u, piece in zip(profile.heights(), phases, strict=True):
+        # The law goes on below u = 0; a phase ends on a kink, and inside keeps away from it.
+        low = piece.start if piece.start > 0.0 else -np.inf
+        if np.any(u[1:-1] <= low) or np.any(u[1:-1] >= piece.stop):
+            return False
+        for inner in (np.argmin(u), np.argmax(u)):
+            grazes = min(u[inner] - low, piece.stop - u[inner]) < GRAZING
+            if grazes and 0 < inner < len(u) - 1:
+                return False
+    tip, first = float(profile.heights()[0, 0]), phases[0]
+    low = first.start + GRAZING if first.start > 0.0 else -np.inf
+    return low < tip < first.stop - GRAZING
+
+
+def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
+    """u on the profile's points, and at the vertices of its interior extrema."""
+    xi, u = profile.coordinates().ravel(), profile.heights().ravel()
+    keep = np.append(True, np.diff(xi) > 0)
+    xi, u = xi[keep], u[keep]
+    turning = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) < 0) + 1
+    if not turning.size:
+        return xi, u
+    vertices = []
+    for i in turning:
+        a, b, _ = np.polyfit(xi[i - 1 : i + 2] - xi[i], u[i - 1 : i + 2], 2)
+        vertices.append(xi[i] - b / (2 * a))
+    extra = np.array(vertices)
+    at_extra = profile.scalars.height(profile.at(extra)[:, 4])
+    order = np.argsort(np.concatenate([xi, extra]), kind="stable")
+    return np.concatenate([xi, extra])[order], np.concatenate([u, at_extra])[order]
+
+
+def _crossings(
+    profile: Profile, xi: np.ndarray, excess: np.ndarray, kink: float, below: int
+) -> list[tuple[float, int, int]]:
+    """(xi, piece before, piece after) wherever the height passes ``kink``."""
+    sure = np.flatnonzero(np.abs(excess) > EXCURSION)
+    found = []
+    for i, j in pairwise(sure):
+        if excess[i] * excess[j] < 0:
+
+            def height(x: float) -> float:
+                return float(profile.scalars.height(profile.at(np.array([x]))[0, 4])) - kink
+
+            a, b = xi[i], xi[j]
+            where = float(brentq(height, a, b, xtol=1e-13)) if height(a) * height(b) < 0 else 0.5 * (a + b)
+            pair = (below + 1, below) if excess[i] > 0 else (below, below + 1)
+            found.append((where, *pair))
+    return found
+
+
+def without_empty_phases(profile: Profile) -> Profile | None:
+    """Drop phases whose length is not positive; None if there are none."""
+    keep = profile.lengths > 0
+    if keep.all():
+        return None
+    lengths = profile.lengths[keep]
+    return Profile(lengths / lengths.sum(), profile.values[keep], profile.scalars)
+
+
+def without_thinnest_inner_phase(profile: Profile, phases: Phases) -> Profile | None:
+    """Lower the thinnest phase that lies between two of the same piece to the kink.
+
+    None if there is no such phase.  The heights are clipped so that `layout` no longer sees
+    the excursion; the result is a start, not a solution.
+    """
+    inner = [j for j in range(1, len(phases) - 1) if phases[j - 1] == phases[j + 1]]
+    if not inner:
+        return None
+    j = min(inner, key=lambda j: profile.lengths[j])
+    values = profile.values.copy()
+    edge = values[j, 0, 4]
+    values[j, :, 4] = edge
+    return Profile(profile.lengths, values, profile.scalars)

@@ -1,0 +1,88 @@
+"""The shape of a solution, sampled densely in the paper's scaled variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev as cheb
+
+from ..model.bond import CohesiveLaw
+from .discretisation import Discretisation, chebyshev
+
+#: Points per phase: a plot sees no corners, a spline through them no error above 1e-6.
+DENSE_POINTS = 101
+
+#: Points per phase from which x is integrated.
+QUADRATURE_POINTS = 65
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Fields of (12) along 0 <= xi <= 1, from the free tip to the detachment point.
+
+    All arrays have shape (n,).  Lengths are in units of sbar, forces in k/sbar^2, and the
+    origin of x is the detachment point.
+    """
+
+    xi: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+    curvature: np.ndarray
+    Nx: np.ndarray
+    Ny: np.ndarray
+
+    def crosses_itself(self) -> bool:
+        """Whether the detached part, a polyline here, intersects itself."""
+        if np.ptp(self.theta) <= np.pi:
+            return False  # it takes more than half a turn
+        p = np.stack([self.x, self.y], axis=-1)
+        d = np.diff(p, axis=0)
+        start = p[:-1]
+        offset = start[None, :, :] - start[:, None, :]
+        cross = d[:, None, 0] * d[None, :, 1] - d[:, None, 1] * d[None, :, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (offset[..., 0] * d[None, :, 1] - offset[..., 1] * d[None, :, 0]) / cross
+            u = (offset[..., 0] * d[:, None, 1] - offset[..., 1] * d[:, None, 0]) / cross
+        hit = (t > 0) & (t < 1) & (u > 0) & (u < 1)
+        apart = np.abs(np.subtract.outer(np.arange(len(d)), np.arange(len(d)))) > 1
+        return bool(np.any(hit & apart))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A discrete solution: what shape, stability and energies are computed from when asked for."""
+
+    problem: Discretisation
+    x: np.ndarray
+    law: CohesiveLaw
+
+    def shape(self) -> Shape:
+        """Sample it densely."""
+        return sample_shape(self.problem, self.x)
+
+
+def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
+    """Sample a solution at ``DENSE_POINTS`` points per phase, kinks included once."""
+    dense = np.linspace(0.0, 1.0, DENSE_POINTS)
+    nodes, _ = chebyshev(QUADRATURE_POINTS)
+    both = np.concatenate([dense, nodes])
+    phases = len(problem.phases)
+    values = problem.sampler(both)(unknowns).full().reshape(phases, len(both), 5)
+    scalars, lengths = problem.scalars(unknowns), problem.lengths(unknowns)
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    columns = []
+    x_start = 0.0
+    for j in range(phases):
+        Theta, K, nx, ny, Y = values[j, :DENSE_POINTS].T * scalars.A
+        series = cheb.chebfit(
+            2 * nodes - 1, np.cos(scalars.A * values[j, DENSE_POINTS:, 0]), QUADRATURE_POINTS - 1
+        )
+        x = x_start + 0.5 * lengths[j] * cheb.chebval(2 * dense - 1, cheb.chebint(series, lbnd=-1))
+        x_start = x[-1]
+        keep = slice(0 if j == 0 else 1, None)
+        columns.append(np.stack([starts[j] + lengths[j] * dense, x, Y, Theta, K, nx, ny])[:, keep])
+    xi, x, y, theta, curvature, Nx, Ny = np.concatenate(columns, axis=1)
+    # theta(1) = y(1) = x(1) = 0 are conditions, not results.
+    return Shape(xi, x - x_start, y, theta, curvature, Nx, Ny)

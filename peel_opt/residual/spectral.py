@@ -1,0 +1,204 @@
+"""Spectral form: Theta'' at Gauss nodes, everything else by integration.
+
+With Theta(0) = -1 and K(0) = n_x(0) = n_y(0) = 0 built in, the only unknowns of a phase are
+Theta'' at its nodes.  Converges faster than any power of the number of nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import legendre
+
+from ..base.checks import whole
+from .discretisation import Discretisation, Phases, Profile, Transcription
+from .spectral_fields import Integration, SpectralFields
+
+
+@lru_cache(maxsize=64)
+def gauss(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss nodes and weights on [0, 1]."""
+    t, w = legendre.leggauss(nodes)
+    return 0.5 * (t + 1.0), 0.5 * w
+
+
+def integration_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
+    """Matrix from values at Gauss nodes to their integral from 0 to each ``zeta``."""
+    t, w = legendre.leggauss(nodes)
+    # Discrete orthogonality of the Legendre polynomials at Gauss nodes: no inverse needed.
+    degrees = np.arange(nodes)
+    to_series = (degrees + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
+    z = 2.0 * np.asarray(zeta) - 1.0
+    integrals = legendre.legval(z, legendre.legint(np.eye(nodes), lbnd=-1))
+    return 0.5 * integrals.T @ to_series
+
+
+def values_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
+    """Matrix from values at Gauss nodes to those of their polynomial at each ``zeta``."""
+    t, w = legendre.leggauss(nodes)
+    to_series = (np.arange(nodes) + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
+    return legendre.legvander(2.0 * np.asarray(zeta) - 1.0, nodes - 1) @ to_series
+
+
+@dataclass(frozen=True)
+class Spectral(Transcription):
+    """Global Gauss collocation of (12a) in Theta''.
+
+    Parameters
+    ----------
+    nodes : int
+        Gauss nodes per element.
+    elements : int
+        Equal elements per phase.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them is no whole number, or too small or large.
+    """
+
+    nodes: int = 16
+    elements: int = 1
+
+    def __post_init__(self) -> None:
+        # A matrix of nodes x nodes is kept for each phase.
+        object.__setattr__(self, "nodes", whole("nodes", self.nodes, 2, 1000))
+        object.__setattr__(self, "elements", whole("elements", self.elements, 1, 1000))
+
+    @property
+    def sure_gain(self) -> float:
+        """Half as many nodes again: ten is less than what is seen on any smooth phase."""
+        return 10.0
+
+    def discretise(self, phases: Phases) -> SpectralDiscretisation:
+        """Return the compiled problem for these phases."""
+        return _discretise(self, phases)
+
+    def refined(self) -> Spectral:
+        """Half as many nodes again."""
+        return replace(self, nodes=self.nodes + self.nodes // 2)
+
+
+class SpectralDiscretisation(Discretisation):
+    """Theta'' at the Gauss nodes of every phase."""
+
+    settings: Spectral
+
+    def __init__(self, settings: Spectral, phases: Phases) -> None:
+        self.settings = settings
+        self.local = settings.nodes * settings.elements
+        super().__init__(phases, self.local * len(phases))
+        nodes, weights = gauss(settings.nodes)
+        # On a phase of length 1: cumulative integral at its nodes, and the whole integral.
+        self.zeta = np.concatenate([(e + nodes) / settings.elements for e in range(settings.elements)])
+        self.whole = np.tile(weights, settings.elements) / settings.elements
+
+    def _cumulative(self, zeta: np.ndarray) -> np.ndarray:
+        """Matrix from nodal values of one phase of length 1 to integrals from 0 to ``zeta``."""
+        n, elements = self.settings.nodes, self.settings.elements
+        element = np.minimum((np.asarray(zeta) * elements).astype(int), elements - 1)
+        out = np.zeros((len(zeta), self.local))
+        for e in np.unique(element):
+            here = element == e
+            out[here, : e * n] = self.whole[: e * n]
+            out[here, e * n : (e + 1) * n] = (
+                integration_matrix(n, np.asarray(zeta)[here] * elements - e) / elements
+            )
+        return out
+
+    def _chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Integrals from the tip to ``zeta`` in each phase, and to the end of each phase."""
+        count = len(self.phases)
+        points = len(zeta)
+        inside = np.kron(np.eye(count), self._cumulative(zeta))
+        before = np.kron(np.tril(np.ones((count, count)), -1), np.ones((points, 1)) * self.whole)
+        ends = np.kron(np.tril(np.ones((count, count))), self.whole)
+        return inside + before, ends
+
+    def _expressions(self, *, gradients: bool) -> SpectralFields:
+        """Return the fields at the nodes and at the ends of the phases."""
+        curl, lengths, tail = self.symbols()
+        count = len(self.phases)
+        ones = np.ones((self.local, 1))
+        h = ca.vertcat(*(length * ca.DM(ones) for length in lengths))
+        # The last length is what the others leave.
+        dh = np.zeros((self.field_count, self.size))
+        free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
+        dh[:, self.field_count : self.size - 4] = np.kron(free, ones)
+        integration = Integration(np.vstack(self._chain(self.zeta)), h, dh, self.field_count)
+        return SpectralFields(self.phases, integration, curl, tail, gradients=gradients)
+
+    @cached_property
+    def _fields(self) -> SpectralFields:
+        return self._expressions(gradients=False)
+
+    def residual_expression(self) -> ca.MX:
+        """(12a) at the nodes, K(1) = 0, Theta(1) = 0, y = y0 at the switches."""
+        return self._fields.residual()
+
+    def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
+        """Return the residual and its Jacobian, by matrix products instead of column by column."""
+        fields = self._expressions(gradients=True)
+        return fields.residual(), fields.jacobian()
+
+    @property
+    def angle_row(self) -> int:
+        """Row of Theta(1) = 0."""
+        return self.field_count + 1
+
+    def tip_expression(self) -> ca.MX:
+        """Y(0)."""
+        return self._fields.Y_tip
+
+    def sample_expression(self, zeta: np.ndarray) -> ca.MX:
+        """Fields at the same local coordinates in every phase."""
+        f = self._fields
+        matrix, _ = self._chain(np.asarray(zeta))
+        there = replace(f.integration, matrix=matrix)
+        rise = there.of(f.slope.values)
+        return ca.horzcat(
+            -1 + there.of(f.K[: self.field_count]),
+            there.of(f.curl),
+            -f.scalars.alpha * rise,
+            there.of(f.load.values),
+            f.Y_tip + rise,
+        )
+
+    def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
+        """Unknowns of the same solution on another mesh of the same phases."""
+        if not isinstance(finer, SpectralDiscretisation):
+            return super().prolonged(x, finer)
+        fields = x[: self.field_count].reshape(len(self.phases), self.local)
+        there = fields @ _prolongation(self.settings, finer.settings).T
+        return np.concatenate([there.ravel(), x[self.field_count :]])
+
+    def pack_fields(self, profile: Profile) -> np.ndarray:
+        """Theta'' of a profile at the nodes, from (12a)."""
+        parts = []
+        for j in range(len(self.phases)):
+            Theta, _, nx, ny, _ = profile.in_phase(j, self.zeta).T
+            A = profile.scalars.A
+            parts.append(ny * np.cos(A * Theta) - nx * np.sin(A * Theta))
+        return np.concatenate(parts)
+
+
+@lru_cache(maxsize=64)
+def _prolongation(coarse: Spectral, fine: Spectral) -> np.ndarray:
+    """Matrix from nodal values of one phase to those at the nodes of another mesh."""
+    nodes, _ = gauss(fine.nodes)
+    zeta = np.concatenate([(e + nodes) / fine.elements for e in range(fine.elements)])
+    element = np.minimum((zeta * coarse.elements).astype(int), coarse.elements - 1)
+    matrix = np.zeros((len(zeta), coarse.nodes * coarse.elements))
+    for e in np.unique(element):
+        here = element == e
+        columns = slice(e * coarse.nodes, (e + 1) * coarse.nodes)
+        matrix[here, columns] = values_matrix(coarse.nodes, zeta[here] * coarse.elements - e)
+    return matrix
+
+
+@lru_cache(maxsize=128)
+def _discretise(settings: Spectral, phases: Phases) -> SpectralDiscretisation:
+    return SpectralDiscretisation(settings, phases)

@@ -1,0 +1,181 @@
+"""The fields of the spectral form, and its Jacobian from their structure.
+
+Every field is a constant matrix times a pointwise function of the fields before it, so that
+forward mode on whole matrices takes three or four matrix products and scalings of rows.
+Automatic differentiation does not see this and sends every column through separately.
+Residual and Jacobian, one core:
+
+    12 nodes, 1 phase     49 us by automatic differentiation,  11 us here
+    16 nodes, 2 phases   275 us                                50 us
+    24 nodes, 3 phases  1560 us                               270 us
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ..model.bond import Piece
+from ..model.equations import Scalars, bending, sin_over, vertical_load
+from .compiled import product
+from .discretisation import Phases, switch_equations
+
+
+@dataclass(frozen=True, eq=False)
+class Integration:
+    """Integrals from the tip to the nodes and then to the ends of the phases.
+
+    ``matrix`` applies to nodal values times ``h``, the length of the phase of each node;
+    ``dh`` is the gradient of ``h`` with respect to all unknowns.
+    """
+
+    matrix: np.ndarray
+    h: Any
+    dh: np.ndarray
+    nodes: int
+
+    def of(self, values: Any) -> Any:
+        """Integral of a field, given its values at the nodes."""
+        return ca.mtimes(self.matrix, self.h * values)
+
+    def rate(self, values: Any, change: Any) -> Any:
+        """Gradient of the integral of a field, given its gradient at the nodes."""
+        inside = _scaled(self.h, change)
+        if np.any(self.dh):
+            inside = inside + _scaled(values, self.dh)
+        return product(self.matrix, inside)
+
+    def rate_of_unknowns(self, values: Any) -> Any:
+        """Gradient of the integral of the field that is itself the first unknowns."""
+        columns = self.matrix * ca.repmat(self.h, 1, self.matrix.shape[0]).T
+        others = ca.mtimes(self.matrix, _scaled(values, self.dh[:, self.nodes :]))
+        return ca.horzcat(columns, ca.densify(others))
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Values at the nodes and, if asked for, derivatives with respect to arguments and scalars."""
+
+    values: ca.MX
+    rates: tuple[ca.MX, ...]
+
+
+class SpectralFields:
+    """(12) at the nodes of all phases, from Theta'' = ``curl`` there.
+
+    Parameters
+    ----------
+    phases : tuple of Piece
+    integration : Integration
+    curl, tail : casadi.MX
+        Theta'' at the nodes, and the four scalars.
+    gradients : bool
+        Carry the pointwise derivatives that `jacobian` needs.
+    """
+
+    def __init__(
+        self, phases: Phases, integration: Integration, curl: ca.MX, tail: ca.MX, *, gradients: bool
+    ) -> None:
+        self.phases, self.integration, self.curl, self.tail = phases, integration, curl, tail
+        self._gradients = gradients
+        n = integration.nodes
+        self.scalars = Scalars(*ca.vertsplit(tail))
+        self.K = integration.of(curl)
+        self.Theta = -1 + integration.of(self.K[:n])
+        Theta = self.Theta[:n]
+        self.slope = self._pointwise(_slope, Theta)
+        self.rise = integration.of(self.slope.values)
+        self.Y_tip = -self.rise[-1]
+        self.Y = self.Y_tip + self.rise
+        self.load = self._pointwise(vertical_load, Theta, self.Y[:n])
+        self.ny = integration.of(self.load.values)
+        self.bend = self._pointwise(_bend, Theta, self.rise[:n], self.ny[:n])
+        #: u = y/y0 at the switches.
+        self.heights = _field(_height, phases[:-1], 1, (self.Y[n:-1],), tail, gradients)
+        self.switches = len(phases) - 1
+
+    def _pointwise(self, function: Callable[..., Any], *arguments: ca.MX) -> Field:
+        """Apply a function at the nodes of every phase."""
+        n = self.integration.nodes
+        return _field(function, self.phases, n // len(self.phases), arguments, self.tail, self._gradients)
+
+    def residual(self) -> ca.MX:
+        """(12a) at the nodes, K(1) = 0, Theta(1) = 0, y = y0 at the switches."""
+        switches = switch_equations(self.phases, ca.vertsplit(self.heights.values) if self.switches else [])
+        return ca.vertcat(self.curl - self.bend.values, self.K[-1], self.Theta[-1], *switches)
+
+    def jacobian(self) -> ca.MX:
+        """Gradient of `residual` with respect to curl, the free phase lengths and the scalars."""
+        n, integral = self.integration.nodes, self.integration
+        width = integral.dh.shape[1]
+        dK = integral.rate_of_unknowns(self.curl)
+        dTheta = integral.rate(self.K[:n], dK[:n, :])
+        shape = dTheta[:n, : width - 4]  # Theta does not depend on the scalars
+
+        by_Theta, by_tail = self.slope.rates
+        drise = integral.rate(self.slope.values, ca.horzcat(_scaled(by_Theta, shape), by_tail))
+        dY = drise - ca.repmat(drise[-1, :], drise.size1(), 1)
+
+        by_Theta, by_Y, by_tail = self.load.rates
+        dload = _scaled(by_Y, dY[:n, :]) + ca.horzcat(_scaled(by_Theta, shape), by_tail)
+        dny = integral.rate(self.load.values, dload)[:n, :]
+
+        by_Theta, by_rise, by_ny, by_tail = self.bend.rates
+        dbend = _scaled(by_rise, drise[:n, :]) + _scaled(by_ny, dny)
+        dbend += ca.horzcat(_scaled(by_Theta, shape), by_tail)
+        identity = ca.densify(ca.DM(np.eye(n, width)))
+        rows = [identity - dbend, dK[-1, :], dTheta[-1, :]]
+        if self.switches:
+            by_Y, by_tail = self.heights.rates
+            no_shape = np.zeros((self.switches, width - 4))
+            rows.append(_scaled(by_Y, dY[n:-1, :]) + ca.horzcat(no_shape, by_tail))
+        return ca.vertcat(*rows)
+
+
+def _scaled(factors: Any, matrix: Any) -> Any:
+    """Return the matrix with each row times a factor."""
+    return ca.repmat(factors, 1, matrix.shape[1]) * matrix
+
+
+def _slope(Theta: Any, scalars: Scalars, _piece: Piece) -> Any:
+    return sin_over(scalars.A, Theta)
+
+
+def _bend(Theta: Any, rise: Any, ny: Any, scalars: Scalars, _piece: Piece) -> Any:
+    """Theta'' of (12a), with n_x = -alpha (Y - Y(0))."""
+    return bending(Theta, -scalars.alpha * rise, ny, scalars)
+
+
+def _height(Y: Any, scalars: Scalars, _piece: Piece) -> Any:
+    return scalars.height(Y)
+
+
+def _field(
+    function: Callable[..., Any],
+    phases: Phases,
+    local: int,
+    arguments: tuple[ca.MX, ...],
+    tail: ca.MX,
+    gradients: bool,
+) -> Field:
+    """Apply ``function(*arguments, scalars, piece)`` at ``local`` points of every phase."""
+    if not phases:
+        return Field(ca.MX(0, 1), ())
+    count, s = len(arguments), ca.SX.sym("s", 4)
+    inputs = [ca.SX.sym(f"q{i}", local * len(phases)) for i in range(count)]
+    outputs: list[list[ca.SX]] = []
+    for j, piece in enumerate(phases):
+        q = ca.SX.sym("q", count)
+        value = function(*ca.vertsplit(q), Scalars(*ca.vertsplit(s)), piece)
+        row = ca.densify(ca.jacobian(value, ca.vertcat(q, s)))  # in one go: the parts share most of it
+        rates = [*ca.horzsplit(row[:, :count]), row[:, count:]] if gradients else []
+        at_one = ca.Function("at_one", [q, s], [value, *rates])
+        here = range(j * local, (j + 1) * local)
+        outputs += [at_one.call([ca.vertcat(*(v[k] for v in inputs)), s]) for k in here]
+    columns = [ca.vertcat(*column) for column in zip(*outputs, strict=True)]
+    values, *rates = ca.Function("field", [*inputs, s], columns).call([*arguments, tail])
+    return Field(values, tuple(rates))

@@ -1,0 +1,1 @@
+"""The material numbers that fit what was measured."""

@@ -1,0 +1,225 @@
+"""`calibrate`: material numbers from measured pressures, lengths and shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.checks import positive
+from ...base.errors import InvalidInput, PeelOptError
+from ...model.rod import MATERIAL, Rod
+from .data import STATES, Data, Observation, observations
+from .identifiability import combinations
+from .problem import NODES, Problem, watched
+from .programme import Solver
+from .result import Calibration
+from .search import best, rod_at
+from .sensitivity import linear_model
+from .start import coarse_rods
+from .warnings import RARE, far_points, warnings_of
+
+#: Losses by name.
+LOSSES = ("least-squares", "pseudo-huber")
+
+#: Scale of the pseudo-Huber loss that tells outliers from the rest, in standard deviations.
+ROBUST = 1.5
+
+#: Share to which chi-square must fall for other states to be the better reading of the data.
+MUCH_LESS = 0.2
+
+
+def calibrate(
+    data: Data,
+    *,
+    free: Sequence[str] = MATERIAL,
+    rod: Rod | Mapping[str, float] | None = None,
+    state: str | None = None,
+    loss: str = "least-squares",
+    loss_scale: float = 1.5,
+    solver: Solver | None = None,
+) -> Calibration:
+    """Fit material numbers to measurements, all equilibria and numbers in one programme.
+
+    Parameters
+    ----------
+    data : Measurements, MeasuredShape, or a list of them
+    free : sequence of str
+        Which of "bending_stiffness", "adhesion_strength" and "adhesion_range" to fit.
+    rod : Rod or mapping of str to float, optional
+        The numbers that are known, in SI units, and of a `Rod` also where to start.  Needed
+        unless all three are free.
+    state : {"unfolded", "middle", "lower", "folded"}, optional
+        Of all measurements that do not say.
+    loss : {"least-squares", "pseudo-huber"}
+        How much a residual costs: half its square, or ``loss_scale**2 (sqrt(1 + (r/loss_scale)^2) - 1)``,
+        which lets outliers pull with a bounded force.
+    loss_scale : float
+        In standard deviations.
+    solver : Solver, optional
+        Options of IPOPT.
+
+    Returns
+    -------
+    Calibration
+        Estimates, covariance, residuals, warnings; ``warnings`` says what the data cannot tell.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer data than free numbers, a known number is missing, or an option or a
+        value cannot be meant.
+    NotConverged
+        If no start leads to a fit.
+    OutOfRange
+        If the fitted rod has an eta/y0 this version is not tested for.
+    NotCertified
+        If the fitted states are not those that the public functions find for the fitted rod.
+
+    Examples
+    --------
+    >>> import peel_opt as po
+    >>> rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    >>> lengths = [1.8e-3, 2.0e-3, 2.3e-3]
+    >>> pressures = [po.pressure_given_length(rod, length).pressure for length in lengths]
+    >>> data = po.Measurements(lengths, pressures, pressure_sd=500.0)
+    >>> fit = po.calibrate(data, free=["adhesion_strength", "adhesion_range"], rod=rod)
+    >>> round(fit.rod.adhesion_strength)
+    140000
+    """
+    if state is not None and state not in STATES:
+        raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
+    seen = [replace(o, state=o.state or state or "unfolded") for o in observations(data)]
+    mask = _mask(free)
+    known = _known(rod, mask)
+    if loss not in LOSSES:
+        raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
+    delta = positive("loss_scale", loss_scale) if loss == "pseudo-huber" else None
+    if solver is not None and not isinstance(solver, Solver):
+        raise InvalidInput(f"solver must be a Solver, got {solver!r}.")
+    _require_enough(seen, mask)
+    _require_reach(seen, known)
+    empty = Problem([], 1.0, mask, delta, solver=solver or Solver())
+    with watched(empty) as problem:
+        result = _fit(seen, known, rod, problem)
+        found = warnings_of(result)
+        if loss == "least-squares" and result.degrees > 0 and result.p_value < RARE:
+            found += _contradictions(result, known)
+    return replace(result, problem=replace(result.problem, watch=empty.watch), warnings=found)
+
+
+def _fit(
+    seen: Sequence[Observation], known: Mapping[str, float], rod: object, problem: Problem
+) -> Calibration:
+    """Fit and describe, without warnings."""
+    mask, delta = problem.free, problem.delta
+    chosen = best(seen, known, rod, problem)
+    problem, fitted = chosen.problem, chosen.fitted
+    model = linear_model(fitted.blocks, mask, delta)
+    return Calibration(
+        rod=rod_at(chosen.reference, fitted.q),
+        free=tuple(name for name, yes in zip(MATERIAL, mask, strict=True) if yes),
+        log_covariance=model.covariance(sandwich=delta is not None),
+        deviance=fitted.deviance,
+        degrees=sum(o.degrees for o in seen) - int(mask.sum()),
+        combinations=combinations(model.jacobian, mask),
+        singular_values=np.linalg.svd(model.jacobian, compute_uv=False),
+        observations=tuple(seen),
+        residuals=tuple(model.residuals),
+        weights=tuple(model.weights),
+        equilibria=tuple(chosen.equilibria),
+        consistency=chosen.consistency,
+        loss=LOSSES[delta is not None],
+        loss_scale=delta,
+        iterations=fitted.iterations,
+        problem=problem,
+        fitted=fitted,
+        reference=chosen.reference,
+    )
+
+
+def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, ...]:
+    """Say whether a bad fit is one of states on another part of the branch than was said.
+
+    All of them folded is one thing to try; a robust fit shows the few that are not like the rest.
+    """
+    seen = fit.observations
+    if not any(o.state == "unfolded" for o in seen):
+        return ()
+    problem = replace(fit.problem, observations=[], nodes=NODES[0], ridge=0.0)
+    turned = [replace(o, state="folded") if o.state == "unfolded" else o for o in seen]
+    (as_seen, _), (as_turned, start) = (coarse_rods(part, known, 1)[0] for part in (seen, turned))
+    try:
+        folded = _fit(turned, known, start, problem) if as_turned < 0.5 * as_seen else None
+        if folded is not None and folded.chi2 < MUCH_LESS * fit.chi2:
+            return (
+                "the data contradict the unfolded branch: with all of them on the folded one chi-square"
+                f" falls from {fit.chi2:.4g} to {folded.chi2:.4g}. If the rod was folded back over itself,"
+                " say state='folded'.",
+            )
+    except PeelOptError:
+        pass  # then they are not folded
+    try:
+        robust = _fit(seen, known, fit.rod, replace(problem, delta=ROBUST))
+    except PeelOptError:
+        return ()
+    return tuple(far_points(robust))
+
+
+def _mask(free: Sequence[str]) -> np.ndarray:
+    if not isinstance(free, Iterable):
+        raise InvalidInput(f"free must be a list of names, got {free!r}.")
+    names = [free] if isinstance(free, str) else list(free)
+    if unknown := [name for name in names if name not in MATERIAL]:
+        raise InvalidInput(
+            f"unknown free number {unknown[0]!r}.", remedy=f"Choose among {', '.join(MATERIAL)}."
+        )
+    if not names:
+        raise InvalidInput("nothing is free.", remedy=f"Name some of {', '.join(MATERIAL)} in free=.")
+    return np.array([name in names for name in MATERIAL])
+
+
+def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str, float]:
+    """Return the numbers that are not free."""
+    if rod is not None and not isinstance(rod, (Rod, Mapping)):
+        raise InvalidInput(f"rod must be a Rod or a mapping of known numbers, got {rod!r}.")
+    if isinstance(rod, Rod):
+        numbers = {name: getattr(rod, name) for name in MATERIAL}
+    else:
+        numbers = {name: positive(name, value) for name, value in (rod or {}).items()}
+    if unknown := sorted(set(numbers) - set(MATERIAL)):
+        raise InvalidInput(
+            f"unknown material number {unknown[0]!r}.", remedy=f"Choose among {', '.join(MATERIAL)}."
+        )
+    known = {
+        name: numbers[name] for name, yes in zip(MATERIAL, mask, strict=True) if not yes and name in numbers
+    }
+    if missing := [n for n, yes in zip(MATERIAL, mask, strict=True) if not yes and n not in known]:
+        raise InvalidInput(
+            f"{missing[0]} is neither free nor known.", remedy="Name it in free=, or give it in rod=."
+        )
+    return known
+
+
+def _require_enough(seen: Sequence[Observation], mask: np.ndarray) -> None:
+    have, need = sum(o.degrees for o in seen), int(mask.sum())
+    if have < need:
+        raise InvalidInput(
+            f"{have} independent data cannot determine {need} free numbers.",
+            remedy="Measure more points, or fix numbers that are known: a pair counts once, a shape as"
+            " many times as it has points.",
+        )
+
+
+def _require_reach(seen: Sequence[Observation], known: Mapping[str, float]) -> None:
+    """No detached state has a pressure above T0."""
+    T0 = known.get("adhesion_strength", math.inf)
+    for o in seen:
+        if o.role("pressure") == "exact" and o.pressure is not None and o.pressure >= T0:
+            raise InvalidInput(
+                f"{o.name}: the pressure, {o.pressure:g} Pa, is not below the known adhesion_strength,"
+                f" {T0:g} Pa: no detached state has it.",
+                remedy="Check units, free adhesion_strength, or give the pressure a standard deviation.",
+            )

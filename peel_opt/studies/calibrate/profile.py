@@ -1,0 +1,217 @@
+"""Profile likelihood: one number held, the others fitted again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.checks import positive, whole
+from ...base.errors import InvalidInput, NotConverged
+from ...model.rod import MATERIAL
+from .problem import Fitted, watched
+from .search import BETTER
+
+if TYPE_CHECKING:
+    from .result import Calibration
+
+#: Furthest end of an interval, as a logarithm: a factor 10^4.
+FURTHEST = math.log(1e4)
+
+#: Relative error, in standard deviations, at which the end of an interval counts as found.
+FOUND = 1e-3
+
+#: Share of the way to a limit at which it counts as reached.
+NEARLY = 0.98
+
+#: Least level of an interval: below it, rounding decides about its ends.
+LEAST_LEVEL = 1e-6
+
+#: Share of chi-square to which two fits of the same numbers agree.
+ROUNDING = 1e-6
+
+#: Most points of a profile: each is a fit.
+MOST_POINTS = 1000
+
+#: Least share of a step that is tried before a value counts as out of reach.
+LEAST_SHARE = 1.0 / 64.0
+
+
+class BetterFit(NotConverged):
+    """A profile came below the fit it starts from, which then is no minimum to measure from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A profile likelihood.
+
+    Parameters
+    ----------
+    name : str
+    values : ndarray, shape (n,)
+        Of the number, in SI units.
+    deviance : ndarray, shape (n,)
+        Increase of chi-square over the best fit, the other numbers fitted again.
+    others : dict of str to ndarray, shape (n,)
+        Those numbers, in SI units.
+    """
+
+    name: str
+    values: np.ndarray
+    deviance: np.ndarray
+    others: dict[str, np.ndarray]
+
+
+def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
+    """Return the profile of a free number, see `Calibration.profile`."""
+    points, width = whole("points", points, 3, MOST_POINTS), positive("width", width)
+    place = MATERIAL.index(fit.free[index])
+    spread = fit.relative_sd(fit.free[index])
+    if not math.isfinite(spread):
+        raise InvalidInput(
+            f"the data say nothing about {fit.free[index]}: its likelihood is flat.",
+            remedy="Read the warnings of the fit.",
+        )
+    offsets = np.linspace(-1.0, 1.0, points) * min(width * spread, FURTHEST)
+    found: dict[float, Fitted] = {}
+    with watched(fit.problem) as problem:
+        seen = replace(fit, problem=problem)
+        for side in (offsets[offsets >= 0.0], offsets[offsets <= 0.0][::-1]):
+            at = fit.fitted
+            for offset in side:
+                at = _held(seen, at, place, fit.fitted.q[place] + float(offset))
+                found[float(offset)] = at
+    ordered = [found[float(offset)] for offset in offsets]
+    numbers = {
+        name: getattr(fit.reference, name) * np.exp([f.q[i] for f in ordered])
+        for i, name in enumerate(MATERIAL)
+    }
+    return Profile(
+        name=fit.free[index],
+        values=numbers[fit.free[index]],
+        deviance=np.array([f.deviance - fit.deviance for f in ordered]),
+        others={name: numbers[name] for name in fit.free if name != fit.free[index]},
+    )
+
+
+def interval(fit: Calibration, index: int, level: float, method: str | None) -> tuple[float, float]:
+    """Return an interval of confidence, see `Calibration.interval`."""
+    from scipy.special import ndtri, stdtrit
+
+    require_level(level)
+    if method not in (None, "profile", "covariance"):
+        raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
+    # A robust loss is no likelihood.
+    robust = fit.loss != "least-squares"
+    if robust and method == "profile":
+        raise InvalidInput("a robust loss has no likelihood to profile.", remedy="Use method='covariance'.")
+    z = float(ndtri(0.5 + 0.5 * level))
+    if robust:
+        # Its covariance comes from the residuals themselves: few of them tell it badly.
+        z = float(stdtrit(fit.degrees, 0.5 + 0.5 * level)) if fit.degrees else math.inf
+    name = fit.free[index]
+    estimate, spread = fit.estimates[name], fit.relative_sd(name)
+    if robust or method == "covariance":
+        if not math.isfinite(spread * z):
+            return 0.0, math.inf
+        return estimate * math.exp(-z * spread), estimate * math.exp(z * spread)
+    with watched(fit.problem) as problem:
+        seen = replace(fit, problem=problem)
+        ends = [_end(seen, index, side, z) for side in (-1.0, 1.0)]
+    low, high = (estimate * math.exp(end) if end is not None else None for end in ends)
+    return (0.0 if low is None else low), (math.inf if high is None else high)
+
+
+def require_level(level: float) -> None:
+    """Refuse what is no chance, and one so small that its interval is the estimate.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no number from `LEAST_LEVEL` to below 1.
+    """
+    if not LEAST_LEVEL <= positive("level", level) < 1.0:
+        raise InvalidInput(f"level must lie between {LEAST_LEVEL:g} and 1, got {level:g}.")
+
+
+def _end(fit: Calibration, index: int, side: float, target: float) -> float | None:
+    """Distance in the logarithm at which the root of the increased deviance meets ``target``.
+
+    The root is nearly linear, so that secant steps from the covariance's guess need two or
+    three fits.  None if the likelihood does not fall so far within a factor 10^4.
+    """
+    place = MATERIAL.index(fit.free[index])
+    spread = fit.relative_sd(fit.free[index])
+    if not math.isfinite(spread):
+        return None
+    centre = fit.fitted.q[place]
+    # Bracket by growing steps, then secant inside the bracket.
+    inside, root_inside, at = 0.0, 0.0, fit.fitted
+    step = min(target * spread, 0.5)
+    furthest = _furthest(fit, place, side)
+    while True:
+        # A number with a limit is looked for up to just before it.
+        outside = min(inside + step, NEARLY * furthest)
+        there = _held(fit, at, place, centre + side * outside)
+        root = math.sqrt(max(there.deviance - fit.deviance, 0.0))
+        if root >= target:
+            break
+        if outside >= NEARLY * furthest:
+            return None if furthest == FURTHEST else side * furthest
+        slope = (root - root_inside) / step
+        inside, root_inside, at = outside, root, there
+        step = min(1.2 * (target - root) / slope, 2.0 * step + 0.5) if slope > 1e-6 else 2.0 * step
+    root_outside = root
+    for _ in range(30):
+        if outside - inside < FOUND * outside or root_outside - target < FOUND * target:
+            break
+        share = (target - root_inside) / (root_outside - root_inside)
+        middle = inside + min(max(share, 0.02), 0.98) * (outside - inside)
+        trial = _held(fit, at, place, centre + side * middle)
+        root = math.sqrt(max(trial.deviance - fit.deviance, 0.0))
+        if abs(root - target) < FOUND * target:
+            return side * middle
+        if root < target:
+            inside, root_inside, at = middle, root, trial
+        else:
+            outside, root_outside = middle, root
+    share = (target - root_inside) / (root_outside - root_inside)
+    return side * (inside + share * (outside - inside))
+
+
+def _furthest(fit: Calibration, place: int, side: float) -> float:
+    """How far a logarithm may go: no detached state has a pressure above T0."""
+    exact = [o.pressure for o in fit.observations if o.role("pressure") == "exact" and o.pressure]
+    if MATERIAL[place] == "adhesion_strength" and side < 0.0 and exact:
+        return math.log(fit.rod.adhesion_strength / max(exact))
+    return FURTHEST
+
+
+def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
+    """Fit with one logarithm at a value, by shorter steps where it does not go at once."""
+    begin = float(at.q[place])
+    reached, share = 0.0, 1.0
+    while reached < 1.0:
+        q = at.q.copy()
+        q[place] = begin + min(1.0, reached + share) * (value - begin)
+        trial = fit.problem.solve(q, at.blocks.placed(), fixed=place)
+        if trial is None:
+            share *= 0.5
+            if share < LEAST_SHARE:
+                raise NotConverged(
+                    f"the fit with {MATERIAL[place]} held {value - fit.fitted.q[place]:+.3g} in its"
+                    " logarithm away from the best one does not converge.",
+                    remedy="Ask for a narrower profile, or use the covariance.",
+                )
+            continue
+        at, reached = trial, min(1.0, reached + share)
+    if at.deviance < fit.deviance - max(BETTER, ROUNDING * fit.deviance):
+        raise BetterFit(
+            f"a better fit was found on the way: with {MATERIAL[place]} held"
+            f" {value - fit.fitted.q[place]:+.3g} in its logarithm away, chi-square is"
+            f" {at.deviance:.6g}, not {fit.deviance:.6g}.",
+            remedy="Fit again from a rod nearer to it, or fix a number that is known.",
+        )
+    return at

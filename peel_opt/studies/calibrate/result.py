@@ -1,0 +1,234 @@
+"""`Calibration`: fitted material numbers, how sure they are, and what the data cannot tell."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...base.errors import InvalidInput
+from ...equilibria.result import Equilibrium
+from ...model.rod import UNITS, Rod
+from .data import Observation
+from .identifiability import Combination
+from .problem import Fitted, Problem
+from .sensitivity import chance
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .profile import Profile
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A fit of material numbers to measurements.
+
+    Parameters
+    ----------
+    rod : Rod
+        With the fitted numbers.
+    free : tuple of str
+        The numbers that were fitted, in the order of the covariance.
+    log_covariance : ndarray, shape (free, free)
+        Of their logarithms.
+    deviance : float
+        Chi-square; with a robust loss, the sum of what the residuals cost.
+    degrees : int
+        Degrees of freedom: independent data less free numbers.
+    combinations : tuple of Combination
+        Products of powers of the free numbers that the data know independently, best first.
+    singular_values : ndarray, shape (free,)
+        Of the weighted Jacobian in logarithms: 1/sd of those combinations, at length 1.
+    observations : tuple of Observation
+    residuals : tuple of ndarray
+        Of each observation, in standard deviations: length, pressure, then x and y of points.
+    weights : tuple of ndarray
+        What a robust loss leaves of the weight of each pair or point; 1 for least squares.
+    equilibria : tuple of Equilibrium
+        The fitted state of each observation, solved again by the ordinary functions and certified.
+    consistency : float
+        Largest difference (p/T0 or sbar/eta) between a fitted state and that certified one.
+    loss : str
+    loss_scale : float or None
+    iterations : int
+        Of IPOPT, over all programmes.
+    warnings : tuple of str
+        What a reader must know before believing the numbers.
+    """
+
+    rod: Rod
+    free: tuple[str, ...]
+    log_covariance: np.ndarray
+    deviance: float
+    degrees: int
+    combinations: tuple[Combination, ...]
+    singular_values: np.ndarray
+    observations: tuple[Observation, ...]
+    residuals: tuple[np.ndarray, ...]
+    weights: tuple[np.ndarray, ...]
+    equilibria: tuple[Equilibrium, ...]
+    consistency: float
+    loss: str
+    loss_scale: float | None
+    iterations: int
+    problem: Problem = field(repr=False)
+    fitted: Fitted = field(repr=False)
+    reference: Rod = field(repr=False)
+    warnings: tuple[str, ...] = ()
+
+    # --- numbers ------------------------------------------------------------------------
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """The fitted numbers, in SI units."""
+        return {name: float(getattr(self.rod, name)) for name in self.free}
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared residuals in standard deviations."""
+        return float(sum(r @ r for r in self.residuals))
+
+    @property
+    def p_value(self) -> float:
+        """Chance of a larger chi-square if model and standard deviations hold; nan without freedom."""
+        return chance(self.chi2, self.degrees) if self.degrees > 0 else math.nan
+
+    @property
+    def sd(self) -> dict[str, float]:
+        """Standard deviations, in SI units, to first order."""
+        return {name: value * self.relative_sd(name) for name, value in self.estimates.items()}
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance in SI units, to first order, shape (free, free)."""
+        values = np.array(list(self.estimates.values()))
+        return self.log_covariance * np.outer(values, values)
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation of the logarithms, shape (free, free); nan where nothing is known."""
+        sd = np.sqrt(np.diag(self.log_covariance))
+        with np.errstate(invalid="ignore"):
+            found = self.log_covariance / np.outer(sd, sd)
+        np.fill_diagonal(found, 1.0)
+        return found
+
+    def relative_sd(self, name: str) -> float:
+        """Standard deviation of the logarithm of a free number."""
+        i = self._index(name)
+        return float(math.sqrt(self.log_covariance[i, i]))
+
+    def _index(self, name: str) -> int:
+        if name not in self.free:
+            raise InvalidInput(f"{name!r} was not fitted.", remedy=f"Fitted are {', '.join(self.free)}.")
+        return self.free.index(name)
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether the data determine every free number."""
+        return all(c.determined for c in self.combinations)
+
+    @property
+    def largest(self) -> tuple[str, float]:
+        """The observation with the largest residual, and that in standard deviations."""
+        sizes = [float(np.abs(r).max(initial=0.0)) for r in self.residuals]
+        worst = int(np.argmax(sizes))
+        return self.observations[worst].name, sizes[worst]
+
+    @property
+    def origins(self) -> tuple[float | None, ...]:
+        """x of the detachment point of each shape [m], 0 unless it was free.
+
+        In the order of the observations, since shapes may share a name; None for pairs.
+        """
+        placed = self.fitted.blocks.placed()
+        return tuple(
+            None if o.points is None else place.origin * self.reference.eta
+            for o, place in zip(self.observations, placed, strict=True)
+        )
+
+    # --- beyond the covariance -----------------------------------------------------------
+
+    def profile(self, name: str, *, points: int = 11, width: float = 3.0) -> Profile:
+        """Profile likelihood of a free number: the other numbers fitted again at each value.
+
+        Parameters
+        ----------
+        name : str
+        points : int
+            3 to 1000.
+        width : float
+            Half width, in standard deviations of the covariance.
+
+        Raises
+        ------
+        InvalidInput
+            If the number was not fitted, or points or width cannot be meant.
+        NotConverged
+            If a value on the way cannot be fitted, or is fitted better than the fit itself.
+        """
+        from .profile import profile
+
+        return profile(self, self._index(name), points, width)
+
+    def interval(self, name: str, *, level: float = 0.95, method: str | None = None) -> tuple[float, float]:
+        """Interval of confidence of a free number, in SI units.
+
+        Parameters
+        ----------
+        name : str
+        level : float
+        method : {"profile", "covariance"}, optional
+            From the profile likelihood, or from the covariance of the logarithms.  Default: the
+            profile; with a robust loss, which is no likelihood, the covariance and Student's t.
+
+        Returns
+        -------
+        tuple of float
+            0 or infinity for an end that the data do not set.
+
+        Raises
+        ------
+        InvalidInput
+            If the number was not fitted, or level or method cannot be meant.
+        NotConverged
+            If a fit on the way to an end of the profile fails, or is better than the fit itself.
+        """
+        from .profile import interval
+
+        return interval(self, self._index(name), level, method)
+
+    # --- out ------------------------------------------------------------------------------
+
+    def plot(self, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
+        """Draw measurements, the fitted branch with its band, and residuals; return the axes."""
+        from ...plots.fit import plot_fit
+
+        return plot_fit(self, ax, residuals)
+
+    def summary(self) -> dict[str, Any]:
+        """All numbers as plain data, with units in the keys."""
+        from ...app.calibration_report import fit_record
+
+        return fit_record(self)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write observations, fitted values and residuals as CSV, the numbers above them."""
+        from ...app.calibration_report import write_fit_csv
+
+        return write_fit_csv(self, path)
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(
+            f"{name} = {value:.6g} +- {self.sd[name]:.2g} {UNITS[name]}"
+            for name, value in self.estimates.items()
+        )
+        text = (
+            f"Calibration({numbers}; chi2 = {self.chi2:.4g} for {self.degrees} degrees of freedom,"
+            f" {len(self.observations)} observations, consistent to {self.consistency:.1e})"
+        )
+        return "\n".join([text, *(f"  warning: {warning}" for warning in self.warnings)])

@@ -1,0 +1,238 @@
+"""Where a fit starts: every observation on the branch of a rod, and rods worth starting from.
+
+In logarithms of length and pressure a rod's branch is one curve for its eta/y0, shifted by
+(eta, T0).  So a search over eta/y0 alone, with the best shift for each, sees all rods.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from ...base.errors import NotConverged
+from ...continuation.points import Point
+from ...continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
+from ...model.bond import COHESIVE
+from ...model.rod import MATERIAL, Rod
+from ...residual.closures import Closure
+from ...residual.discretisation import Profile
+from ...residual.shape import sample_shape
+from .data import Observation
+
+#: Ratios eta/y0 that are tried.
+GRID = np.geomspace(0.006, 2500.0, 29)
+
+#: Distance in logarithms beyond which a pair counts less in the search: it may be an outlier.
+SOFT = 0.1
+
+#: No start is nearer to T, the straight rod, than this share of the first stretch of its branch.
+LEAST_SHARE = 0.05
+
+
+def branch_of(ratio: float) -> PrimaryBranch:
+    """Return the whole branch of a rod under law (8), from T to contact."""
+    branch = primary_branch(COHESIVE, Closure("ratio", ratio))
+    branch.extend(lambda _: False)
+    return branch
+
+
+def fits(label: str, state: str | None) -> bool:
+    """Whether a state of a branch may be what was observed."""
+    return label == state or (state == "unfolded" and label in UNFOLDED)
+
+
+def projected(rod: Rod, observation: Observation) -> Profile:
+    """Return the equilibrium of a rod that is nearest to an observation.
+
+    Raises
+    ------
+    NotConverged
+        If the rod has no such state, or it cannot be reached.
+    """
+    branch = branch_of(rod.ratio)
+    own = observation.scaled(rod.eta, rod.adhesion_strength)
+    best: tuple[float, Candidate] | None = None
+    for here, there in zip(branch.points[:-1], branch.points[1:], strict=True):
+        label = branch.state_at(0.5 * (here.arclength + there.arclength))
+        if not fits(label, observation.state):
+            continue
+        distance, share = _distance(own, here, there)
+        if best is None or distance < best[0]:
+            if here.scalars.A == 0.0:
+                share = max(share, LEAST_SHARE)
+            given = Closure("amplitude", (1.0 - share) * here.scalars.A + share * there.scalars.A)
+            best = distance, Candidate(branch.family, here, there, share, given, label)
+    if best is None:
+        raise NotConverged(
+            f"{observation.name}: the rod with eta/y0 = {rod.ratio:.4g} has no {observation.state} state.",
+            remedy="Give another state, or another rod to start from.",
+        )
+    chosen = best[1]
+    try:
+        return chosen.profile
+    except NotConverged:
+        return (chosen.here if chosen.share < 0.5 else chosen.there).profile
+
+
+def _distance(own: Observation, here: Point, there: Point) -> tuple[float, float]:
+    """Squared distance of an observation from a stretch of branch, and where on it that is."""
+    a, b = (np.array(_place(p)) for p in (here, there))
+    known = np.array([own.length is not None, own.pressure is not None])
+    target = np.array([math.log(own.length or 1.0), math.log(own.pressure or 1.0)])
+    step = (b - a)[known]
+    share = float(np.clip(step @ (target - a)[known] / max(step @ step, 1e-300), 0.0, 1.0))
+    gap = float(np.sum((a + share * (b - a) - target)[known] ** 2))
+    if own.points is not None:
+        nearer = here if share < 0.5 else there
+        gap += _misfit(own, nearer)
+    return gap, share
+
+
+def _place(point: Point) -> tuple[float, float]:
+    """(log sigma, log P); the pressure of a branch that is lost may pass zero."""
+    s = point.scalars
+    return math.log(s.sigma), math.log(max(s.pressure_ratio, 1e-12))
+
+
+def _misfit(own: Observation, point: Point) -> float:
+    """Mean squared distance of measured points from a shape, over its length squared."""
+    assert own.points is not None
+    shape = sample_shape(point.problem, point.x)
+    sigma = point.scalars.sigma
+    x, y = own.points[:, 0], own.points[:, 1]
+    if own.free_origin:
+        # By the tip: the point furthest from the attached part.
+        x = x - x.min() + shape.x.min() * sigma
+    gaps = np.hypot(x[:, None] - sigma * shape.x, y[:, None] - sigma * shape.y).min(axis=1)
+    return float(np.mean(gaps**2)) / sigma**2
+
+
+def coarse_rods(
+    observations: Sequence[Observation], known: Mapping[str, float], count: int = 3
+) -> list[tuple[float, Rod]]:
+    """Return the rods that a search over all eta/y0 finds worth starting from, best first.
+
+    Parameters
+    ----------
+    observations : sequence of Observation
+    known : mapping
+        The material numbers that are not looked for, in SI units.
+    count : int
+        At most so many.
+
+    Returns
+    -------
+    list of (float, Rod)
+        How far the observations are from the branch of each, and the rod.
+    """
+    pairs = np.array([_log_pair(o) for o in observations])
+    folded = np.array([o.state == "folded" for o in observations])
+    found = []
+    for ratio in _ratios(known):
+        curves = _curves(float(ratio))
+        offset, directions = _shifts(float(ratio), known)
+        trial = _best_shift(pairs, folded, curves, offset, directions)
+        if trial is not None:
+            cost, (log_eta, log_T0) = trial
+            rod = Rod(math.exp(3.0 * log_eta + log_T0), math.exp(log_T0), math.exp(log_eta) / ratio)
+            found.append((cost, rod))
+    found.sort(key=lambda pair: pair[0])
+    return found[:count]
+
+
+def _ratios(known: Mapping[str, float]) -> np.ndarray:
+    return GRID if len(known) < len(MATERIAL) else np.array([Rod(**known).ratio])
+
+
+def _log_pair(observation: Observation) -> tuple[float, float]:
+    """(log sbar, log p), nan where unknown; a shape's length is guessed from its chord."""
+    length = observation.length
+    if length is None and observation.points is not None:
+        x, y = observation.points[:, 0], observation.points[:, 1]
+        length = max(math.hypot(np.ptp(x), np.ptp(y)), 1e-300)
+    pressure = observation.pressure
+    return (math.log(length) if length else math.nan, math.log(pressure) if pressure else math.nan)
+
+
+@lru_cache(maxsize=64)
+def _curves(ratio: float) -> tuple[np.ndarray, np.ndarray]:
+    """(log sigma, log P) along the unfolded and the folded part."""
+    try:
+        branch = branch_of(ratio)
+    except NotConverged:
+        return np.empty((0, 2)), np.empty((0, 2))
+    parts: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
+    minimum = branch.fold("LP-pressure")
+    for p in branch.points:
+        past = minimum is not None and p.arclength >= minimum.point.arclength
+        parts[past].append(_place(p))
+    return np.array(parts[0]), np.array(parts[1]).reshape(-1, 2)
+
+
+def _shifts(ratio: float, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Point and directions of the (log eta, log T0) that known numbers leave at one eta/y0."""
+    rows, values = [], []
+    if "adhesion_range" in known:
+        rows.append([1.0, 0.0])
+        values.append(math.log(ratio * known["adhesion_range"]))
+    if "adhesion_strength" in known:
+        rows.append([0.0, 1.0])
+        values.append(math.log(known["adhesion_strength"]))
+    if "bending_stiffness" in known:
+        rows.append([3.0, 1.0])
+        values.append(math.log(known["bending_stiffness"]))
+    if not rows:
+        return np.zeros(2), np.eye(2)
+    matrix = np.array(rows)
+    point = np.linalg.lstsq(matrix, np.array(values), rcond=None)[0]
+    _, _, basis = np.linalg.svd(matrix)
+    return point, basis[np.linalg.matrix_rank(matrix) :]
+
+
+def _best_shift(
+    pairs: np.ndarray,
+    folded: np.ndarray,
+    curves: tuple[np.ndarray, np.ndarray],
+    offset: np.ndarray,
+    directions: np.ndarray,
+) -> tuple[float, np.ndarray] | None:
+    from scipy.optimize import least_squares
+
+    chosen = curves[1] if folded.all() else curves[0]
+    if not len(chosen) or (folded.any() and not len(curves[1])):
+        return None
+
+    def gaps(t: np.ndarray) -> np.ndarray:
+        shifted = pairs - (offset + t @ directions)
+        return np.where(folded, _gap(shifted, curves[1]), _gap(shifted, curves[0]))
+
+    def cost(t: np.ndarray) -> float:
+        return float(np.sum(np.sqrt(1.0 + (gaps(t) / SOFT) ** 2) - 1.0))
+
+    if not len(directions):
+        return cost(np.empty(0)), offset
+    centre = np.nanmean(pairs, axis=0, where=np.isfinite(pairs))
+    centre = np.where(np.isfinite(centre), centre, offset)
+    # The centre of the data laid on places along the curve, as far as the known numbers let it.
+    places = chosen[np.linspace(0, len(chosen) - 1, 8).astype(int)]
+    starts = [directions @ (centre - place - offset) for place in places]
+    best = min(starts, key=cost)
+    solved = least_squares(lambda t: np.append(gaps(t), 1e-9 * t), best, loss="soft_l1", f_scale=SOFT)
+    return cost(solved.x), offset + solved.x @ directions
+
+
+def _gap(places: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """Distance of each place from a polyline; an unknown coordinate costs nothing."""
+    if not len(curve):
+        return np.full(len(places), math.inf)
+    a, step = curve[:-1], np.diff(curve, axis=0)
+    known = np.isfinite(places)
+    target = np.where(known, places, 0.0)
+    weight = known.astype(float)
+    away = (target[:, None] - a) * weight[:, None]
+    masked = step * weight[:, None]
+    share = np.clip(np.sum(away * masked, axis=2) / np.maximum(np.sum(masked**2, axis=2), 1e-300), 0.0, 1.0)
+    return np.sqrt(np.min(np.sum((away - share[..., None] * masked) ** 2, axis=2), axis=1))

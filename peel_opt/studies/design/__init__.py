@@ -1,0 +1,1 @@
+"""The material that meets a target."""

@@ -1,0 +1,1 @@
+"""Grids of questions, answered on all cores and resumed after an interruption."""

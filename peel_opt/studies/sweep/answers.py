@@ -1,0 +1,160 @@
+"""What a worker does: answer the points of one chunk, always in the same way.
+
+Every chunk starts without remembered branches, and a process works at one chunk at a time
+(CasADi and MUMPS are not thread-safe), with BLAS on one thread however many it started with.
+What is left to make one process differ from another in the last bit is its arithmetic: the
+libraries and the processor.  `arithmetic` names it, and every chunk says under which it was
+computed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+import numpy as np
+
+from ... import __version__
+from ...base.errors import PeelOptError
+from ...base.threads import one_thread
+from ...continuation.primary import primary_branch
+from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
+from ...equilibria.result import Equilibrium
+from ...model.equations import PI4
+from ...model.rod import MATERIAL, Rod
+from .plan import Task
+
+#: Numbers kept of every point; all are attributes of an equilibrium but the last two.
+NUMBERS = (
+    *("pressure", "length", "pressure_ratio", "length_ratio", "ratio", "beta0", "beta1", "lam", "alpha1"),
+    *("error", "certificate", "condition", "nearest"),
+)
+TEXTS = ("status", "state", "law", "flags", "message")
+
+#: Status of a point at which the programme itself failed, not the question.
+CRASHED = "crashed"
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What came of a chunk.
+
+    Parameters
+    ----------
+    number : int
+        Of the chunk.
+    arithmetic : str
+        Of the process that computed it.
+    numbers : ndarray, shape (points, len(NUMBERS))
+        NaN where there is no answer.
+    texts : list of tuple of str
+        `TEXTS` of each point.
+    """
+
+    number: int
+    arithmetic: str
+    numbers: np.ndarray
+    texts: list[tuple[str, ...]]
+
+
+def answer_chunk(task: Task) -> Answers:
+    """Answer all points of a chunk; failures are rows too."""
+    with _ONE_AT_A_TIME, one_thread():
+        primary_branch.cache_clear()
+        rows = [_answered(task, row) for row in task.values.tolist()]
+        computed_by = arithmetic()
+    numbers = np.array([row[0] for row in rows], dtype=np.float64)
+    # One NaN for all: the sign of the one a processor makes would not survive the journal.
+    numbers[np.isnan(numbers)] = math.nan
+    return Answers(task.number, computed_by, numbers, [row[1] for row in rows])
+
+
+def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> Equilibrium:
+    """Answer one point by the single call it stands for.
+
+    Raises
+    ------
+    PeelOptError
+        As that call does; ``nearest`` is in the terms of the point, not in those of the call.
+    """
+    if "beta0" in point:
+        shift = PI4 if "beta1" in point else 0.0
+        named: dict[str, Any] = {**point, **options}
+        return _renamed(partial(equilibrium, **named), lambda lam: lam + shift)
+    rod = _rod(point, base)
+    for call, given, absolute, relative in (
+        (length_given_pressure, "pressure", rod.pressure, rod.pressure_ratio),
+        (pressure_given_length, "length", rod.length, rod.length_ratio),
+    ):
+        if given in point:
+            return call(rod, point[given], **options)
+        if (value := point.get(f"{given}_ratio")) is not None:
+            return _renamed(partial(call, rod, absolute(value), **options), relative)
+    raise AssertionError("a plan has a question")
+
+
+def _renamed(call: Callable[[], Equilibrium], back: Callable[[float], float]) -> Equilibrium:
+    try:
+        return call()
+    except PeelOptError as error:
+        if error.nearest is not None:
+            error.nearest = back(error.nearest)
+        raise
+
+
+def _rod(point: dict[str, float], base: Rod | None) -> Rod:
+    if "ratio" in point:
+        return Rod.from_ratio(point["ratio"])
+    return Rod(*(point[name] if name in point else getattr(base, name) for name in MATERIAL))
+
+
+def _answered(task: Task, row: list[float]) -> tuple[list[float], tuple[str, ...]]:
+    try:
+        eq = ask(dict(zip(task.names, row, strict=True)), task.rod, task.options.keywords())
+    except PeelOptError as error:
+        return _failure(error.status, str(error), math.nan if error.nearest is None else error.nearest)
+    except Exception as error:
+        # One point that trips the programme must not cost the others, and is no answer either.
+        return _failure(CRASHED, f"{type(error).__name__}: {error}")
+    numbers = [float(getattr(eq, name)) for name in NUMBERS[:-2]]
+    texts = (eq.status, eq.state, eq.law, ", ".join(eq.flags), eq.message)
+    return [*numbers, float(eq.stats.condition), math.nan], texts
+
+
+def _failure(status: str, message: str, nearest: float = math.nan) -> tuple[list[float], tuple[str, ...]]:
+    return [*[math.nan] * (len(NUMBERS) - 1), nearest], (status, "", "", "", " ".join(message.split()))
+
+
+@lru_cache(maxsize=1)
+def arithmetic() -> str:
+    """Return a name of this process's rounding on one thread: equal names, equal bits.
+
+    Made of the versions of the libraries and of what dense and elementary operations give.
+    """
+    import casadi
+    import scipy
+    from scipy.linalg.lapack import dgetrf
+
+    n = 240  # large enough for BLAS to work in blocks, whose size depends on the processor
+    matrix = np.sin(np.outer(np.arange(1, n + 1), np.arange(1, n + 1)) ** 0.5)
+    vector = np.cos(np.arange(n))
+    results = (
+        matrix @ matrix,
+        np.linalg.solve(matrix + n * np.eye(n), vector),
+        dgetrf(matrix)[0],
+        casadi.sin(casadi.DM(vector)).full(),
+        np.array([math.cbrt(v) * math.exp(v) for v in vector]),
+    )
+    digest = hashlib.sha256()
+    for name in (__version__, np.__version__, scipy.__version__, casadi.__version__):
+        digest.update(name.encode())
+    for result in results:
+        digest.update(np.ascontiguousarray(result).tobytes())
+    return digest.hexdigest()[:16]

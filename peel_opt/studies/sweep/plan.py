@@ -1,0 +1,308 @@
+"""What a sweep asks: axes into points, points into chunks, all of it in one fixed order.
+
+The order in which points are computed and the chunks they are computed in depend on the axes
+alone, never on who computes them: that is what makes a sweep the same bits everywhere.
+Points of one rod stand together, so that the branch walked for one serves the next.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import reprlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ... import __version__
+from ...base.checks import positive
+from ...base.errors import InvalidInput
+from ...equilibria.methods import Method, as_method
+from ...equilibria.posed import known_law, known_state
+from ...equilibria.storage import Units
+from ...model.bond import CohesiveLaw
+from ...model.rod import MATERIAL, Rod
+from ...residual.discretisation import Transcription
+
+#: Points of a chunk: at 0.2 to 25 ms each, what an interruption may cost, against a submission
+#: and one walk along the branch.
+CHUNK = 100
+
+#: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
+MOST_POINTS = 5_000_000
+
+#: A law is told from others up to so many times its last kink, or 3 y0.
+FAR = 1e3
+
+GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
+GROUPS = ("beta0", "beta1", "lam")
+NAMES = (*MATERIAL, "ratio", *GIVEN, *GROUPS)
+
+#: What is asked for where this is given.
+ASKED = {"pressure": "length", "length": "pressure", "lam": "alpha1", "beta1": "alpha1"}
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """How every point of a sweep is answered; keywords of the single calls."""
+
+    law: str | CohesiveLaw | None = None
+    state: str | None = None
+    tol: float = 1e-8
+    method: str | Method | Transcription = "auto"
+
+    def __post_init__(self) -> None:
+        positive("tol", self.tol)
+        as_method(self.method)
+        known_state(self.state)
+        if self.law is not None:
+            known_law(self.law)
+
+    def keywords(self) -> dict[str, Any]:
+        """Return what to pass to a single call."""
+        given = {"law": self.law} if self.law is not None else {}
+        return given | {"state": self.state, "tol": self.tol, "method": self.method}
+
+    def record(self) -> dict[str, str]:
+        """Return the options as texts that are the same in every process."""
+        law = self.law.name if isinstance(self.law, CohesiveLaw) else self.law or "default"
+        method = self.method if isinstance(self.method, str) else repr(self.method)
+        return {"law": law, "state": self.state or "default", "tol": repr(self.tol), "method": method}
+
+    def identity(self) -> list[Any]:
+        """Return what tells one set of options from another; a law by its values."""
+        return [self.record(), _law_values(self.law) if isinstance(self.law, CohesiveLaw) else []]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The points of a sweep.
+
+    Parameters
+    ----------
+    axes : dict of str to ndarray, shape (n_i,)
+        What varies, in order.
+    fixed : dict of str to float
+        What is the same for all points.
+    rod : Rod or None
+        Where the material numbers come from that neither varies nor is fixed.
+    zipped : bool
+        Whether the axes are columns of a list of points instead of the sides of a grid.
+    options : Options
+    """
+
+    axes: dict[str, np.ndarray]
+    fixed: dict[str, float]
+    rod: Rod | None
+    zipped: bool
+    options: Options
+
+    @classmethod
+    def of(cls, axes: Mapping[str, Any], rod: Rod | None, zipped: bool, options: Options) -> Plan:
+        """Check what a caller gave.
+
+        Raises
+        ------
+        InvalidInput
+            If the axes do not make one question about one rod at every point.
+        """
+        if not isinstance(axes, Mapping) or not axes:
+            raise InvalidInput(
+                f"axes must be a table of names and values, got {reprlib.repr(axes)}.",
+                remedy="For instance {'ratio': [0.5, 1.0], 'pressure_ratio': [0.4, 0.6, 0.8]}.",
+            )
+        if not isinstance(rod, Rod | None):
+            raise InvalidInput(f"rod must be a Rod, got {reprlib.repr(rod)}.")
+        arrays = {str(name): _values(str(name), values) for name, values in axes.items()}
+        varied = {name: values for name, values in arrays.items() if values.ndim}
+        fixed = {name: float(values) for name, values in arrays.items() if not values.ndim}
+        if not varied:
+            raise InvalidInput("a sweep needs at least one axis of several values, all are single numbers.")
+        lengths = {name: len(values) for name, values in varied.items()}
+        if zipped and len(set(lengths.values())) > 1:
+            raise InvalidInput(f"the columns of a list of points must be equally long, got {lengths}.")
+        _check_question(set(arrays), rod)
+        plan = cls(varied, fixed, rod, zipped, options)
+        if (count := math.prod(plan.shape)) > MOST_POINTS:
+            raise InvalidInput(
+                f"a sweep of {count} points is too large; the limit is {MOST_POINTS}.",
+                remedy="Cut it into several.",
+            )
+        return plan
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the result arrays: one side an axis, or the length of the list."""
+        sizes = tuple(len(values) for values in self.axes.values())
+        return sizes[:1] if self.zipped else sizes
+
+    @property
+    def given(self) -> str:
+        """The given number of the question: one of pressure, length, ..., lam, beta1."""
+        return next(name for name in (*GIVEN, "lam", "beta1") if name in self.axes or name in self.fixed)
+
+    @property
+    def asked(self) -> str:
+        """The answered number: "pressure", "length", or their ratios, or "alpha1"."""
+        kind, _, ratio = self.given.partition("_")
+        in_ratio = ratio or self.units is None
+        return ASKED[kind] + ("_ratio" if in_ratio and kind in ("pressure", "length") else "")
+
+    @property
+    def units(self) -> Units | None:
+        """Units of what has any, those of the rod the points start from; None with ratios or groups only."""
+        names = {*self.axes, *self.fixed}
+        if names & {"ratio", "beta0"}:
+            return None
+        own = self.rod is not None and not names >= set(MATERIAL)
+        return Units.of(self.rod if own else Rod(2.0, 2.0, 2.0))  # any rod with units
+
+    @cached_property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Every varied and fixed number at every point, each of shape (points,)."""
+        arrays = list(self.axes.values())
+        if not self.zipped:
+            arrays = [side.ravel() for side in np.meshgrid(*arrays, indexing="ij")]
+        varied = dict(zip(self.axes, arrays, strict=True))
+        return varied | {name: np.full(len(self), value) for name, value in self.fixed.items()}
+
+    @cached_property
+    def chunks(self) -> list[np.ndarray]:
+        """Indices of the points of each chunk: whole rods where they fit, cut where they do not."""
+        identity = [self.columns[name] for name in (*MATERIAL, "ratio", *GROUPS) if name in self.columns]
+        if identity:
+            _, rods = np.unique(np.stack(identity, axis=1), axis=0, return_inverse=True)
+        else:
+            rods = np.zeros(len(self), dtype=int)
+        order = np.argsort(rods.ravel(), kind="stable")
+        starts = np.flatnonzero(np.diff(rods.ravel()[order])) + 1
+        chunks: list[np.ndarray] = []
+        waiting: list[np.ndarray] = []
+        for group in np.split(order, starts):
+            if waiting and sum(map(len, waiting)) + len(group) > CHUNK:
+                chunks.append(np.concatenate(waiting))
+                waiting = []
+            if len(group) > CHUNK:
+                chunks += np.array_split(group, -(-len(group) // CHUNK))
+            else:
+                waiting.append(group)
+        return [*chunks, np.concatenate(waiting)] if waiting else chunks
+
+    def fingerprint(self) -> str:
+        """Return what tells this sweep from every other: a digest of its axes, rod, options and chunks.
+
+        And of the release: what another one answered is not what this one would.
+        """
+        material = None if self.rod is None else [getattr(self.rod, name).hex() for name in MATERIAL]
+        identity = [
+            [[name, [v.hex() for v in values.tolist()]] for name, values in self.axes.items()],
+            [[name, value.hex()] for name, value in self.fixed.items()],
+            [material, self.zipped, self.options.identity(), CHUNK, __version__],
+        ]
+        return hashlib.sha256(json.dumps(identity).encode()).hexdigest()
+
+    def tasks(self) -> Iterator[Task]:
+        """Yield what is to be computed, chunk by chunk."""
+        names = tuple(self.columns)
+        for number, indices in enumerate(self.chunks):
+            values = np.stack([self.columns[name][indices] for name in names], axis=1)
+            yield Task(number, names, values, self.rod, self.options)
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """One chunk: the numbers of its points, shape (points, names), as they travel to a worker."""
+
+    number: int
+    names: tuple[str, ...]
+    values: np.ndarray
+    rod: Rod | None
+    options: Options
+
+
+def _law_values(law: CohesiveLaw) -> list[str]:
+    """Return a law of the user's own as texts: its kinks, and what it gives on every piece and far out."""
+    last = max(law.kinks, default=0.0)
+    inside = [np.linspace(a, b, 17) for a, b in pairwise((0.0, *law.kinks))]
+    # Answers depend on the tail as well, however far out it begins and however slowly it ends.
+    far = last + np.geomspace(1e-3, FAR * max(last, 3.0), 61)
+    separations = np.concatenate([np.linspace(0.0, 3.0, 61), *inside, far]).tolist()
+    texts = [kink.hex() for kink in law.kinks]
+    for u in separations:
+        texts += _text_of(law.traction, u), _text_of(law.pieces[law.piece_at(u)].drop, u)
+        if law.work is not None:
+            texts.append(_text_of(law.work, u))
+    return texts
+
+
+def _text_of(function: Callable[[float], Any], u: float) -> str:
+    try:
+        return float(function(u)).hex()
+    except Exception as error:
+        # No point may ever get so far out, so that this alone is no reason to refuse a sweep.
+        return type(error).__name__
+
+
+def _values(name: str, values: Any) -> np.ndarray:
+    if name not in NAMES:
+        import difflib
+
+        near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
+        meant = f"Did you mean {near[0]!r}?" if near else f"Known are {', '.join(NAMES)}."
+        raise InvalidInput(f"a sweep has no axis {name!r}.", remedy=meant)
+    try:
+        # A masked number is one that is not there.
+        given = values.filled(np.nan) if isinstance(values, np.ma.MaskedArray) else np.array(values)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise InvalidInput(f"the axis {name!r} must be a number or a row of them: {error}.") from error
+    if given.dtype.kind not in "iuf" and given.size:
+        raise InvalidInput(
+            f"the axis {name!r} must hold numbers, got {reprlib.repr(values)}.",
+            remedy="SI units are meant; units are read on the command line.",
+        )
+    array = given.astype(np.float64)
+    if array.ndim > 1 or not array.size:
+        raise InvalidInput(f"the axis {name!r} must be a number or a row of them, got shape {array.shape}.")
+    if not np.isfinite(array).all():
+        raise InvalidInput(f"the axis {name!r} must be finite.")
+    array.flags.writeable = False
+    return array
+
+
+def _check_question(names: set[str], rod: Rod | None) -> None:
+    """Raise unless the names make one question about one rod, or one pair of the paper's groups."""
+    got = ", ".join(sorted(names)) + ("" if rod is None else " and a rod")
+    if names & set(GROUPS):
+        if rod is not None or not names <= set(GROUPS) or "beta0" not in names or len(names) != 2:
+            raise InvalidInput(
+                f"the paper's groups are beta0 with lam or beta1, and nothing else; got {got}."
+            )
+        return
+    given = sorted(names & set(GIVEN))
+    if len(given) != 1:
+        raise InvalidInput(f"give one of {', '.join(GIVEN)}; got {' and '.join(given) or 'none'}.")
+    if "ratio" in names:
+        if rod is not None or names & set(MATERIAL) or not given[0].endswith("_ratio"):
+            raise InvalidInput(
+                "a sweep over ratio = eta/y0 takes no other numbers of the rod, and pressure_ratio = p/T0 or"
+                f" length_ratio = sbar/eta; got {got}."
+            )
+    elif rod is None and (missing := [name for name in MATERIAL if name not in names]):
+        raise InvalidInput(
+            f"the rod lacks {' and '.join(missing)}.", remedy="Give them, or a rod, or ratio alone."
+        )
+
+
+def unit_of(name: str, units: Units) -> str:
+    """Return the unit of a number by its name, empty if it has none."""
+    named = {"pressure": units.pressure, "length": units.length}
+    named |= zip(MATERIAL, (units.stiffness, units.pressure, units.length), strict=True)
+    return named.get(name, "")

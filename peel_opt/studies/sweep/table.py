@@ -1,0 +1,211 @@
+"""`Sweep`: what came of a sweep, as labelled arrays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...base.errors import InvalidInput
+from ...equilibria.storage import Units
+from ...model.rod import Rod
+from .answers import NUMBERS, TEXTS
+from .plan import ASKED, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Status of an answer that may be used.
+CERTIFIED = "certified"
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Answers over a grid or a list of points.
+
+    Every number and text of the answers is an array of the shape ``shape``, read as
+    ``sweep["pressure"]``; so are the axes and the fixed numbers.  Where there is no answer
+    the numbers are NaN and ``status`` and ``message`` say why.
+
+    Parameters
+    ----------
+    axes : dict of str to ndarray
+        The values of each axis.
+    fixed : dict of str to float
+        Numbers that are the same at all points.
+    rod : Rod or None
+        Where the other material numbers come from.
+    zipped : bool
+        Whether the axes are columns of a list of points.
+    asked : str
+        The answered number.
+    units : Units or None
+        Of pressures and lengths; None if there are ratios or the paper's groups only.
+    options : dict of str to str
+        Law, state, tol and method.
+    arithmetic : str
+        Under which the bits were computed; sweeps with the same one agree in all bits.
+    values : dict of str to ndarray
+        The numbers and texts of the answers, each of shape ``shape``.
+    """
+
+    axes: dict[str, np.ndarray]
+    fixed: dict[str, float]
+    rod: Rod | None
+    zipped: bool
+    asked: str
+    units: Units | None
+    options: dict[str, str]
+    arithmetic: str
+    values: dict[str, np.ndarray]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """One side an axis; the length of the list if zipped."""
+        return self.values["status"].shape
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the sides of the arrays."""
+        return ("point",) if self.zipped else tuple(self.axes)
+
+    def __len__(self) -> int:
+        return self.values["status"].size
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a number or text of the answers, an axis or a fixed number, at every point."""
+        if name in self.axes:
+            if self.zipped:
+                return self.axes[name]
+            side = list(self.axes).index(name)
+            along = [1] * len(self.axes)
+            along[side] = -1
+            return np.broadcast_to(self.axes[name].reshape(along), self.shape)
+        if name in self.values:
+            return self.values[name]
+        if name in self.fixed:
+            return np.full(self.shape, self.fixed[name])
+        raise InvalidInput(
+            f"a sweep has no column {name!r}.",
+            remedy=f"It has {', '.join([*self.axes, *self.fixed, *self.values])}.",
+        )
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the answers' columns, without those that stand among the axes."""
+        absolute = () if self.units is not None else ("pressure", "length")
+        return tuple(
+            name
+            for name in (*NUMBERS, *TEXTS)
+            if name not in self.axes and name not in self.fixed and name not in absolute
+        )
+
+    @property
+    def certified(self) -> np.ndarray:
+        """Where there is an answer, of shape ``shape``."""
+        return self.values["status"] == CERTIFIED
+
+    @property
+    def failures(self) -> list[dict[str, Any]]:
+        """Points without an answer: their numbers, ``status``, ``message`` and ``nearest``."""
+        names = (*self.axes, *self.fixed, "status", "message", "nearest")
+        columns = {name: self[name].ravel() for name in names}
+        return [
+            {name: column[i].item() for name, column in columns.items()}
+            for i in np.flatnonzero(~self.certified.ravel())
+        ]
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a column, empty if it has none."""
+        units = self.units
+        if name == "nearest":
+            return self.unit(_given(self))
+        return "" if units is None else unit_of(name, units)
+
+    def title(self, name: str) -> str:
+        """Return the name of a column with its unit."""
+        unit = self.unit(name)
+        return f"{name} [{unit}]" if unit else name
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write one line a point, with units in the header and what all points share above it."""
+        from .files import write_csv
+
+        return write_csv(self, path)
+
+    def save(self, path: str | Path) -> Path:
+        """Write an NPZ file that `load` restores bit for bit."""
+        from .files import save_sweep
+
+        return save_sweep(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Sweep:
+        """Read what `save` wrote."""
+        from .files import load_sweep
+
+        return load_sweep(path)
+
+    def to_xarray(self) -> Any:
+        """Return an `xarray.Dataset` with the axes as coordinates and units as attributes.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray is not installed.
+        """
+        from .files import as_dataset
+
+        return as_dataset(self)
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write `to_xarray` as NetCDF.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray or h5netcdf is not installed.
+        """
+        from .files import write_netcdf
+
+        return write_netcdf(self, path)
+
+    def plot(self, ax: Axes | None = None, *, column: str | None = None) -> Axes:
+        """Draw the answered number, or another column, over one or two axes; return the axes."""
+        from ...plots.sweeps import plot_sweep
+
+        return plot_sweep(self, ax, column=column)
+
+    def summary(self) -> str:
+        """Return how many points have an answer, and why the others have none."""
+        counts = Counter(self.values["status"].ravel().tolist())
+        answered = counts.pop(CERTIFIED, 0)
+        others = [f"{number} {status}" for status, number in sorted(counts.items())]
+        return ", ".join([f"{answered} of {len(self)} points certified", *others])
+
+    def __repr__(self) -> str:
+        sides = " x ".join(map(str, self.shape))
+        lines = [f"Sweep of {self.asked} over {sides} points: {self.summary()}"]
+        lines += [f"├─ {self.title(name)} {_span(values)}" for name, values in self.axes.items()]
+        lines += [f"├─ {self.title(name)} = {value:.6g}" for name, value in self.fixed.items()]
+        if self.rod is not None:
+            lines.append(f"├─ {self.rod!r}")
+        lines.append("└─ " + ", ".join(f"{name} {value}" for name, value in self.options.items()))
+        return "\n".join(lines)
+
+
+def _given(sweep: Sweep) -> str:
+    """Return the given number of the question."""
+    names = {*sweep.axes, *sweep.fixed}
+    return next(name for kind in ASKED for name in (kind, f"{kind}_ratio") if name in names)
+
+
+def _span(values: Iterable[float]) -> str:
+    array = np.asarray(values)
+    if len(array) == 1:
+        return f"= {array[0]:.6g}, the only value"
+    return f"{array.min():.6g} to {array.max():.6g}, {len(array)} values"

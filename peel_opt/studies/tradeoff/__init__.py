@@ -1,0 +1,1 @@
+"""Error against time: what each method pays for its digits."""

@@ -1,0 +1,284 @@
+"""Work against precision: what each method takes and what it gives, on one question.
+
+Every method is warmed up, timed several times and held against one reference; a method that
+fails keeps its row, with the reason.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any, Protocol
+
+from ...base.checks import listed, positive, whole
+from ...base.errors import InvalidInput, NotConverged, PeelOptError
+from ...equilibria.methods import Method, as_method
+from ...equilibria.result import Equilibrium
+from ...residual.discretisation import Transcription
+from ...residual.transcriptions import Spectral
+from .peers import BvpPeer
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Name under which SciPy's solver takes part.
+PEER = "solve_bvp"
+
+#: Three times the nodes the spectral method starts with.
+REFERENCE = Spectral(nodes=54)
+
+
+@dataclass(frozen=True)
+class Work:
+    """One method at one tolerance; NaN where there is no such number.
+
+    Parameters
+    ----------
+    method : str
+    tol : float
+        As asked; for solve_bvp its own, a relative residual.
+    seconds : float
+        Median of the repeats, after a warm-up.
+    iterations : float
+        Of Newton's method and of IPOPT, on all meshes.
+    unknowns : float
+        Of the finest mesh.
+    evaluations : float
+        Of the equations, with or without their Jacobian: see `Stats`.
+    error : float
+        As reported with the answer; solve_bvp has none.
+    true_error : float
+        Against the reference.
+    status : str
+        "certified", "solved" for a peer, or why there is no answer.
+    """
+
+    method: str
+    tol: float
+    seconds: float = math.nan
+    iterations: float = math.nan
+    unknowns: float = math.nan
+    evaluations: float = math.nan
+    error: float = math.nan
+    true_error: float = math.nan
+    status: str = ""
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """What `tradeoff` returns: the rows, and the reference they are held against.
+
+    Parameters
+    ----------
+    rows : tuple of Work
+    answered : str
+    reference, reference_error : float
+    """
+
+    rows: tuple[Work, ...]
+    answered: str
+    reference: float
+    reference_error: float
+
+    def of(self, method: str) -> tuple[Work, ...]:
+        """Rows of one method."""
+        return tuple(row for row in self.rows if row.method == method)
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Methods in the order they were given."""
+        return tuple(dict.fromkeys(row.method for row in self.rows))
+
+    def fastest(self, accuracy: float) -> Work | None:
+        """Return the row that takes least time among those truly within ``accuracy``; None if none is."""
+        good = [row for row in self.rows if row.true_error <= max(accuracy, self.reference_error)]
+        return min(good, key=lambda row: row.seconds, default=None)
+
+    def save(self, path: str | Path) -> Path:
+        """Write rows and reference to an NPZ file that `load` restores bit for bit."""
+        from ...app.work_report import save_work
+
+        return save_work(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> WorkPrecision:
+        """Read what `save` wrote."""
+        from ...app.work_report import load_work
+
+        return load_work(path)
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write all rows with full digits, units in the titles, the reference above them."""
+        from ...app.work_report import write_work_csv
+
+        return write_work_csv(self, path)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw true error against milliseconds, both logarithmic; return the axes."""
+        from ...plots.work import plot_work
+
+        return plot_work(self, ax)
+
+    def __repr__(self) -> str:
+        width = max(6, *(len(method) for method in self.methods))
+        head = f"{'method':<{width}}  {'tol':>7}  {'ms':>8}  {'iter':>5}  {'size':>5}  {'evals':>5}"
+        lines = [f"{head}  {'reported':>8}  {'true':>8}  status"]
+        for row in self.rows:
+            counts = (row.iterations, row.unknowns, row.evaluations)
+            numbers = "  ".join("    -" if math.isnan(n) else f"{n:>5.0f}" for n in counts)
+            errors = "  ".join(
+                "       -" if math.isnan(e) else f"{e:>8.1e}" for e in (row.error, row.true_error)
+            )
+            ms = "       -" if math.isnan(row.seconds) else f"{1e3 * row.seconds:>8.3f}"
+            lines.append(
+                f"{row.method:<{width}}  {row.tol:>7.0e}  {ms}  {numbers}  {errors}  {_short(row.status)}"
+            )
+        lines.append(f"reference {self.answered} = {self.reference:.14g} +- {self.reference_error:.0e}")
+        return "\n".join(lines)
+
+
+class Poses(Protocol):
+    """Something that holds one question, a card say, and makes a call of it."""
+
+    def pose(self) -> Callable[..., Equilibrium]:
+        """Return a call that takes ``method`` and ``tol``."""
+
+
+def tradeoff(
+    problem: Callable[..., Equilibrium] | Poses,
+    methods: Sequence[str | Method | Transcription] = ("series", "spectral", "collocation", "shooting", PEER),
+    tols: Sequence[float] = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
+    *,
+    repeats: int = 5,
+    clock: Callable[[], float] = time.perf_counter,
+) -> WorkPrecision:
+    """Measure what methods take and give on one question.
+
+    Parameters
+    ----------
+    problem : callable or Card
+        Takes ``method`` and ``tol`` and returns an `Equilibrium`, such as
+        ``functools.partial(length_given_pressure, rod, 0.2)``, or a card with one question.
+    methods : sequence
+        Anything ``method=`` takes, and "solve_bvp": SciPy's solver with the Jacobian by hand,
+        started from the state the others are started from.
+    tols : sequence of float
+    repeats : int
+        Timed calls, after one that is not.
+    clock : callable
+        Seconds, for tests.
+
+    Returns
+    -------
+    WorkPrecision
+
+    Raises
+    ------
+    InvalidInput
+        If a card has not exactly one question, there is no such method, or nothing is to be
+        measured.
+    PeelOptError
+        Whatever the reference solve raises: without one there is nothing to compare.
+    """
+    ask = _question(problem)
+    repeats = whole("repeats", repeats, 1)
+    methods, tols = listed("methods", methods), [positive("tol", tol) for tol in listed("tols", tols)]
+    if not methods or not tols:
+        raise InvalidInput("give at least one method and one tolerance.")
+    for method in methods:
+        if method != PEER:
+            as_method(method)
+    reference = ask(method=REFERENCE, tol=1e-2)
+    if not reference.certified:
+        raise NotConverged(
+            f"there is no reference to compare with: {reference.message or reference!r:.200}",
+            remedy="Ask something that method='spectral' answers.",
+        )
+    peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
+    rows = []
+    for method, tol in _shown([(method, tol) for method in methods for tol in tols]):
+        run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
+        rows.append(_measured(run, str(method), tol, reference.answer, repeats, clock))
+    return WorkPrecision(tuple(rows), reference.answered, reference.answer, reference.error)
+
+
+def _shown(runs: list[tuple[Any, float]]) -> Any:
+    """Return the runs under a bar on stderr, which people see after a second."""
+    from tqdm import tqdm
+
+    return tqdm(runs, unit="run", leave=False, delay=1.0, disable=not sys.stderr.isatty())
+
+
+#: The answer and everything of a row that is not measured from outside.
+_Outcome = tuple[float, dict[str, Any]]
+
+
+def _question(problem: Callable[..., Equilibrium] | Poses) -> Callable[..., Equilibrium]:
+    if callable(problem):
+        return problem
+    pose = getattr(problem, "pose", None)
+    if pose is None:
+        raise InvalidInput(f"a problem is a Card or a call that takes method and tol, got {problem!r:.60}.")
+    posed: Callable[..., Equilibrium] = pose()
+    return posed
+
+
+def _own_run(
+    ask: Callable[..., Equilibrium], method: str | Method | Transcription, tol: float
+) -> Callable[[], _Outcome]:
+    def run() -> _Outcome:
+        eq = ask(method=method, tol=tol)
+        return eq.answer, {
+            "iterations": float(eq.stats.iterations),
+            "unknowns": float(eq.stats.unknowns),
+            "evaluations": float(eq.stats.evaluations),
+            "error": eq.error,
+            "status": eq.status,
+        }
+
+    return run
+
+
+def _peer_run(peer: BvpPeer | None, tol: float) -> Callable[[], _Outcome]:
+    def run() -> _Outcome:
+        if peer is None:
+            raise InvalidInput("this comparison knows the linear law and law (8) only.")
+        found = peer.solve(tol)
+        return found.answer, {
+            "iterations": float(found.iterations),
+            "unknowns": float(found.unknowns),
+            "evaluations": float(found.evaluations),
+            "status": "solved",
+        }
+
+    return run
+
+
+def _measured(
+    run: Callable[[], _Outcome],
+    method: str,
+    tol: float,
+    reference: float,
+    repeats: int,
+    clock: Callable[[], float],
+) -> Work:
+    try:
+        answer, numbers = run()
+        seconds = []
+        for _ in range(repeats):
+            began = clock()
+            run()
+            seconds.append(clock() - began)
+    except PeelOptError as error:
+        return Work(method, tol, status=f"{error.status}: {error}")
+    return Work(method, tol, median(seconds), true_error=abs(answer - reference), **numbers)
+
+
+def _short(status: str, most: int = 60) -> str:
+    """One column's worth of a reason; the row itself keeps all of it."""
+    return status if len(status) <= most else f"{status[: most - 3]}..."

@@ -1,0 +1,1 @@
+"""The scatter of the given numbers, propagated to the answers."""

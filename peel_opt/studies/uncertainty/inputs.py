@@ -1,0 +1,203 @@
+"""How uncertain a given number is: standard deviations, ranges and distributions, with units.
+
+::
+
+    0.1e-6                       standard deviation of a normal distribution, in SI units
+    (2.0e-5, 2.6e-5)             evenly between two values
+    "10 %", "2 uN m"             standard deviation, relative or with its unit
+    "10 % lognormal"             the same mean and standard deviation, never negative
+    "10 % uniform"               evenly within 10 per cent on both sides
+    "20 uN m .. 26 uN m"         evenly between two values
+    scipy.stats.gamma(4, ...)    any frozen distribution of SciPy
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from ...base.checks import positive
+from ...base.errors import InvalidInput
+from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
+from ...equilibria.storage import Units
+from ...model.rod import Rod
+from ..sweep.plan import unit_of
+from ..sweep.ranges import parse_together
+
+#: What each input measures.
+KINDS = {
+    "bending_stiffness": STIFFNESS,
+    "adhesion_strength": PRESSURE,
+    "adhesion_range": LENGTH,
+    "pressure": PRESSURE,
+    "length": LENGTH,
+}
+
+SHAPES = ("normal", "lognormal", "uniform")
+
+SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
+
+#: A distribution wider than so many times its nominal value is a mistake, and soon overflows.
+WIDEST = 1e6
+
+#: A nominal value with less than this share of its distribution on one side is a mistake.
+OUTSIDE = 1e-9
+
+_SHAPED = re.compile(rf"(.*?)(?:\s+({'|'.join(SHAPES)}))?", re.DOTALL)
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """The distribution of one input.
+
+    Parameters
+    ----------
+    name : str
+    nominal : float
+        Where the linear estimate is taken [SI].
+    distribution : frozen distribution of scipy.stats
+        Of the number in SI units.
+    words : str
+        What kind of distribution it is.
+    unit : str
+        Of all of them: SI, or that of a rod known by its ratio alone.
+    """
+
+    name: str
+    nominal: float
+    distribution: Any
+    words: str
+    unit: str
+
+    @property
+    def mean(self) -> float:
+        """Mean [SI]."""
+        return float(self.distribution.mean())
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation [SI]."""
+        return float(self.distribution.std())
+
+    def quantiles(self, shares: np.ndarray) -> np.ndarray:
+        """Return the values below which the given shares lie."""
+        return np.asarray(self.distribution.ppf(shares), dtype=float)
+
+
+def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Spread:
+    """Return the distribution that a caller described in one of the forms above.
+
+    Parameters
+    ----------
+    name : str
+        One of `KINDS`.
+    given : float, pair of float, str or frozen distribution
+    nominal : float
+        The value itself [SI].
+    units : Units
+        Of the rod: texts have no units where it is known by its ratio alone.
+
+    Raises
+    ------
+    InvalidInput
+        If it has none of these forms, or the nominal value cannot come of it.
+    """
+    unit = unit_of(name, units)
+    if isinstance(given, str):
+        distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)
+    elif hasattr(given, "ppf") and hasattr(given, "std"):
+        distribution, words = given, _family(name, given)
+    elif isinstance(given, tuple | list | np.ndarray):
+        if np.ndim(given) != 1 or len(given) != 2:
+            raise InvalidInput(f"the range of {name} must be two numbers, from and to, got {given!r}.")
+        low, high = (positive(name, _plain(value)) for value in given)
+        distribution, words = _between(name, low, high)
+    else:
+        amount = positive(f"the standard deviation of {name}", _plain(given))
+        distribution, words = _about(nominal, amount, "normal")
+    spread = Spread(name, nominal, distribution, words, unit)
+    low, high = spread.quantiles(np.array([OUTSIDE, 1.0 - OUTSIDE]))
+    if not high - low <= WIDEST * abs(nominal):
+        raise InvalidInput(
+            f"the spread of {name}, from {low:g} to {high:g} {unit}, is beyond all measure of its nominal"
+            f" {nominal:g}.",
+            remedy="Numbers are in SI units.",
+        )
+    slack = 1e-9 * abs(nominal)  # the end of a range is a value of it
+    if not low - slack <= nominal <= high + slack:
+        raise InvalidInput(
+            f"the nominal {name}, {nominal:g} {unit}, cannot come of its distribution, which lies between"
+            f" {low:g} and {high:g}.",
+            remedy="Numbers are in SI units.",
+        )
+    return spread
+
+
+def _family(name: str, given: Any) -> str:
+    """Return the name of a distribution of SciPy that describes one number."""
+    try:
+        mean, sd = float(given.mean()), float(given.std())
+    except (OverflowError, TypeError, ValueError) as error:
+        raise InvalidInput(f"the distribution of {name} is not that of a single number: {error}.") from error
+    if not (math.isfinite(sd) and sd > 0.0 and math.isfinite(mean)):
+        raise InvalidInput(f"the distribution of {name} has no finite mean and standard deviation above 0.")
+    return str(getattr(getattr(given, "dist", None), "name", type(given).__name__))
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def split(text: str) -> tuple[str, str]:
+    """Cut "23 uN m +- 10 %" into value and spread; either may be empty.
+
+    A range "20 uN m .. 26 uN m" is a spread, whose value is its middle.
+    """
+    value, sign, spread = text.replace("±", "+-").partition("+-")
+    if not sign and ".." in value:
+        return "", value.strip()
+    return value.strip(), spread.strip()
+
+
+def middle(name: str, text: str, kind: Kind) -> float:
+    """Return the middle of a range "20 uN m .. 26 uN m"."""
+    return 0.5 * sum(_ends(name, text, kind))
+
+
+def _ends(name: str, text: str, kind: Kind) -> list[float]:
+    """Return both ends of a range "20 uN m .. 26 uN m" or "20 .. 26 uN m"."""
+    return parse_together(name, text.split("..", maxsplit=1), kind)
+
+
+def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, str]:
+    match = _SHAPED.fullmatch(text.strip())
+    assert match is not None
+    amount, shape = match.group(1).strip(), match.group(2) or "normal"
+    if ".." in amount:
+        if match.group(2) in ("normal", "lognormal"):
+            raise InvalidInput(f"a range of {name} is even, not {shape}.", remedy=f"Leave out {shape!r}.")
+        return _between(name, *_ends(name, amount, kind))
+    label = f"the spread of {name}"
+    if amount.endswith("%"):
+        return _about(nominal, 0.01 * nominal * parse(label, amount[:-1].strip(), NUMBER), shape)
+    return _about(nominal, parse(label, amount, kind), shape)
+
+
+def _about(nominal: float, amount: float, shape: str) -> tuple[Any, str]:
+    if shape == "normal":
+        return stats.norm(nominal, amount), shape
+    if shape == "uniform":
+        return stats.uniform(nominal - amount, 2.0 * amount), shape
+    width = math.sqrt(math.log1p((amount / nominal) ** 2))
+    return stats.lognorm(width, scale=nominal * math.exp(-0.5 * width**2)), shape
+
+
+def _between(name: str, low: float, high: float) -> tuple[Any, str]:
+    if not low < high:
+        raise InvalidInput(f"the range of {name} must rise, got {low:g} to {high:g}.")
+    return stats.uniform(low, high - low), "uniform"
