@@ -345,7 +345,7 @@ def test_works_without_a_display_and_without_pyplot(tmp_path: Path) -> None:
     # An interactive backend that cannot start here must never be asked for.
     stored = shape("fig10a").save(tmp_path / "shape.npz")
     code = (
-        "import sys; from peel_opt.equilibria.result import Equilibrium; from peel_opt.plots import save_figure\n"
+        "import sys; from peel_opt import Equilibrium; from peel_opt.plots import save_figure\n"
         f"ax = Equilibrium.load({str(stored)!r}).plot()\n"
         f"save_figure(ax.figure, {str(tmp_path / 'picture.png')!r}, dpi=40)\n"
         "assert 'matplotlib.pyplot' not in sys.modules"

@@ -1,0 +1,94 @@
+"""The public names, each with the module it lives in, from which it is imported when first used."""
+
+from .analysis.branch_potential import branch_potential as branch_potential
+from .analysis.design_relations import maxwell_length as maxwell_length
+from .analysis.energies import energies as energies
+from .analysis.flaws import critical_flaw as critical_flaw
+from .analysis.flaws import readhesion_pressure as readhesion_pressure
+from .analysis.flaws import safe_pressure as safe_pressure
+from .analysis.loops import hysteresis as hysteresis
+from .analysis.maxwell import maxwell_curve as maxwell_curve
+from .analysis.normal_form import NormalForm as NormalForm
+from .analysis.reduction import lyapunov_schmidt as lyapunov_schmidt
+from .analysis.sensitivities import Sensitivities as Sensitivities
+from .analysis.sensitivities import sensitivities as sensitivities
+from .analysis.stability import Stability as Stability
+from .analysis.stability import control_table as control_table
+from .analysis.stability import stability as stability
+from .analysis.stability_along import stability_changes as stability_changes
+from .base.errors import (
+    AmbiguousState as AmbiguousState,
+)
+from .base.errors import (
+    AtFold as AtFold,
+)
+from .base.errors import (
+    CardError as CardError,
+)
+from .base.errors import (
+    Infeasible as Infeasible,
+)
+from .base.errors import (
+    InvalidInput as InvalidInput,
+)
+from .base.errors import (
+    MissingExtra as MissingExtra,
+)
+from .base.errors import (
+    NoEquilibrium as NoEquilibrium,
+)
+from .base.errors import (
+    NotCertified as NotCertified,
+)
+from .base.errors import (
+    NotConverged as NotConverged,
+)
+from .base.errors import (
+    OutOfRange as OutOfRange,
+)
+from .base.errors import (
+    PeelOptError as PeelOptError,
+)
+from .base.errors import (
+    WorkersLost as WorkersLost,
+)
+from .equilibria.ask import equilibrium as equilibrium
+from .equilibria.ask import length_given_pressure as length_given_pressure
+from .equilibria.ask import pressure_given_length as pressure_given_length
+from .equilibria.branch import Branch as Branch
+from .equilibria.branch_parts import SpecialPoint as SpecialPoint
+from .equilibria.every import equilibria as equilibria
+from .equilibria.fold_curve import FoldCurve as FoldCurve
+from .equilibria.fold_curve import fold_curve as fold_curve
+from .equilibria.fold_optimum import least_lambda as least_lambda
+from .equilibria.follow import Walk as Walk
+from .equilibria.follow import follow as follow
+from .equilibria.methods import Method as Method
+from .equilibria.result import Equilibrium as Equilibrium
+from .equilibria.trace import trace as trace
+from .model.bond import CohesiveLaw as CohesiveLaw
+from .model.named_laws import exponential as exponential
+from .model.named_laws import trapezoidal as trapezoidal
+from .model.rod import Rod as Rod
+from .residual.programme import Ipopt as Ipopt
+from .residual.transcriptions import Collocation as Collocation
+from .residual.transcriptions import Shooting as Shooting
+from .residual.transcriptions import Spectral as Spectral
+from .studies.calibrate.data import MeasuredShape as MeasuredShape
+from .studies.calibrate.data import Measurements as Measurements
+from .studies.calibrate.files import read_measurements as read_measurements
+from .studies.calibrate.files import read_shape as read_shape
+from .studies.calibrate.fit import calibrate as calibrate
+from .studies.calibrate.result import Calibration as Calibration
+from .studies.design.run import Design as Design
+from .studies.design.run import design as design
+from .studies.design.targets import Target as Target
+from .studies.sweep.run import sweep as sweep
+from .studies.sweep.table import Sweep as Sweep
+from .studies.tradeoff.run import WorkPrecision as WorkPrecision
+from .studies.tradeoff.run import tradeoff as tradeoff
+from .studies.uncertainty.result import Uncertainty as Uncertainty
+from .studies.uncertainty.run import uncertainty as uncertainty
+
+__all__: list[str]
+__version__: str
