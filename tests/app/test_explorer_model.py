@@ -1,0 +1,369 @@
+"""The explorer's model: states, links, cards, scenes; nothing here knows Bokeh or a browser."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
+
+import peel_opt as po
+from peel_opt.app.cards import load_card
+from peel_opt.app.explorer.answers import full_answer
+from peel_opt.app.explorer.curves import window
+from peel_opt.app.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
+from peel_opt.app.explorer.screen import full_scene, live_scene
+from peel_opt.app.explorer.state import CHOICES, State
+from peel_opt.app.explorer.state_cards import from_card, to_card
+from peel_opt.app.explorer.tables import COLUMNS, scene_csv
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.residual.arclength import chart
+from peel_opt.residual.closures import Plane
+
+#: Cards that ask for an equilibrium.
+PROBLEMS = [
+    path
+    for path in sorted((Path(__file__).parents[2] / "problems").glob("*.toml"))
+    if "[[questions]]" in path.read_text(encoding="utf-8")
+]
+
+ROD = State(given="length", law="cohesive")
+PRESSED = State(given="pressure", law="cohesive", pressure=0.3)
+SI = State(units="SI", given="length", law="cohesive", length=1.9e-3, pressure=6e4)
+
+
+# --- states, links, cards ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("state", [State(), ROD, PRESSED, SI, State(beta0=0.1 + 0.2, lam=1 / 3, near=-2.0)])
+def test_a_link_restores_the_state_exactly(state: State) -> None:
+    assert State.from_query(state.to_query()) == (state, ())
+
+
+@given(
+    beta0=st.floats(1e-3, 1e4),
+    lam=st.floats(-90.0, 1e5),
+    accuracy=st.sampled_from(CHOICES["accuracy"]),
+    label=st.sampled_from(CHOICES["label"]),
+)
+@settings(max_examples=40, deadline=None)
+def test_links_of_any_numbers(beta0: float, lam: float, accuracy: Any, label: Any) -> None:
+    state = State(beta0=beta0, lam=lam, accuracy=accuracy, label=label)
+    assert State.from_query("?" + state.to_query()) == (state, ())
+
+
+@pytest.mark.parametrize(
+    ("query", "said"),
+    [
+        ("beta0=nan", "beta0 must be a finite number"),
+        ("beta0=-4", "beta0 = -4 is outside"),
+        ("lam=1e999", "lambda must be a finite number"),
+        ("lam=-1000", "lambda = -1000 is outside"),
+        ("k=0&units=SI&given=length", "k [N m] must be positive"),
+        ("law=<script>alert(1)</script>", "law cannot be '<script>"),
+        ("<script>=1", "names '<script>', which is not known"),
+        ("beta0=" + "9" * 4000, "finite"),
+        ("beta0=4&beta0=5", "gives beta0 2 times"),
+        ("units=SI&given=groups", "its groups follow"),
+        ("ratio=0", "must be positive"),
+        ("units=SI&given=length&T0=1e-9", "outside [0.005, 3000]"),
+        ("beta0=0&law=cohesive", "no cohesive law"),
+        ("length=%00", "length must be a finite number"),
+        ("beta0=%ff%fe", "beta0 must be a finite number"),
+    ],
+)
+def test_what_a_link_cannot_mean_is_said_in_a_line(query: str, said: str) -> None:
+    state, messages = State.from_query(query)
+    assert isinstance(state, State)
+    assert any(said in message for message in messages)
+    assert all(len(message) < 300 and "\n" not in message for message in messages)
+
+
+def test_a_wrong_number_does_not_take_the_right_ones_with_it() -> None:
+    state, messages = State.from_query({"beta0": [b"7"], "lam": [b"x"]})
+    assert (state.beta0, state.lam, len(messages)) == (7.0, State().lam, 1)
+
+
+@pytest.mark.parametrize("path", PROBLEMS, ids=lambda p: p.stem)
+def test_cards_open_in_the_explorer_and_come_back(path: Path, tmp_path: Path) -> None:
+    card = load_card(path)
+    state = from_card(card)
+    copy = tmp_path / "copy.toml"
+    copy.write_text(to_card(state), encoding="utf-8")
+    ((_, mine),) = load_card(copy).ask(tol=1e-7)
+    _, theirs = card.ask(tol=1e-7)[0]
+    assert isinstance(mine, po.Equilibrium)
+    assert isinstance(theirs, po.Equilibrium)
+    assert (mine.answered, mine.state) == (theirs.answered, theirs.state)
+    assert mine.answer == pytest.approx(theirs.answer, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        State(),
+        State(accuracy="sketch"),
+        State(accuracy="draft", lam=2.0, label="spurious"),
+        PRESSED.changed(label="folded"),
+        SI,
+        SI.changed(given="pressure", law="cohesive", accuracy="reference"),
+    ],
+)
+def test_the_card_of_a_state_is_answered_as_the_page_shows_it(state: State, tmp_path: Path) -> None:
+    path = tmp_path / "state.toml"
+    path.write_text(to_card(state), encoding="utf-8")
+    ((_, asked),) = load_card(path).ask()
+    shown = full_answer(state).equilibrium
+    assert isinstance(asked, po.Equilibrium)
+    assert shown is not None
+    assert abs(asked.answer - shown.answer) <= asked.error + shown.error
+    assert (asked.state, asked.law, asked.certified) == (shown.state, shown.law, shown.certified)
+
+
+def test_the_adhered_rod_has_no_card() -> None:
+    with pytest.raises(po.InvalidInput, match="no question"):
+        to_card(State(label="adhered"))
+
+
+def test_numbers_are_typed_with_the_units_of_the_rod() -> None:
+    assert SI.typed("length", "1.8 mm").length == pytest.approx(1.8e-3)
+    assert SI.typed("pressure", "0.4 T0").pressure == pytest.approx(0.4 * SI.T0)
+    assert SI.typed("k", "23 uN m").k == pytest.approx(2.3e-5)
+    for name, text in [("k", "23"), ("beta0", "nan"), ("lam", "<b>"), ("length", "-1 mm"), ("T0", "1e99 Pa")]:
+        with pytest.raises(po.PeelOptError, match=name.replace("lam", "lambda")):
+            (SI if name in ("k", "length", "T0") else State()).typed(name, text)
+
+
+def test_switching_units_keeps_the_state_without_units() -> None:
+    there = SI.switched("groups")
+    assert there.rod is not None
+    assert there.ratio == pytest.approx(po.Rod(SI.k, SI.T0, SI.y0).ratio)
+    assert full_answer(there).equilibrium.pressure_ratio == pytest.approx(  # type: ignore[union-attr]
+        full_answer(SI).equilibrium.pressure_ratio,
+        rel=1e-9,  # type: ignore[union-attr]
+    )
+    assert State().switched("SI").given == "length"
+
+
+# --- curves -----------------------------------------------------------------------------------
+
+
+def test_quick_walks_know_how_far_they_are_from_the_trace() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    _, quick = quick_rod(COHESIVE, 1.0, math.inf)
+    exact = po.trace(rod, points=40, tol=1e-8)
+    assert quick.ended == "contact"
+    assert [s.kind for s in quick.specials] == ["BP", "LP-length", "LP-pressure", "LP-length", "contact"]
+    for special in quick.specials:
+        theirs = exact.special(special.kind)
+        nearest = min(abs(p.pressure_ratio - quick.pressure_ratio[special.row]) for p in theirs)
+        assert nearest < 2e-3
+
+
+def distance(walk: QuickBranch) -> float:
+    """Largest distance found between the cubics through a walk and the branch itself."""
+    s = np.array([p.arclength for p in walk.points])
+    cubics = CubicHermiteSpline(s, [p.x[-4:] for p in walk.points], [p.tangent[-4:] for p in walk.points])
+    found = []
+    for i, point in enumerate(walk.points[:-1]):
+        for share in (0.3, 0.5, 0.7):
+            a = s[i] + share * (s[i + 1] - s[i])
+            place, rates = chart(cubics(a))
+            across = rates @ cubics(a, 1)
+            start = point if share < 0.5 else walk.points[i + 1]
+            landed = walk.family.solve(start.profile, Plane.across(place, across / np.linalg.norm(across)))
+            if landed is not None:
+                found.append(float(np.linalg.norm(chart(landed[1].x[-4:])[0] - place)))
+    assert len(found) > 2 * len(walk.points)
+    return max(found)
+
+
+@pytest.mark.parametrize("law", [LINEAR, COHESIVE])
+@pytest.mark.parametrize(
+    "given", [{"ratio": 1.0}, {"ratio": 10.0}, {"ratio": 100.0}, {"beta0": 1.0}, {"beta0": 4.0}]
+)
+def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any, given: Any) -> None:
+    if "ratio" in given:
+        walk, curve = quick_rod(law, given["ratio"], math.inf)
+        walks = [walk]
+    else:
+        both, curve = quick_groups(law, given["beta0"], window(given["beta0"]), math.inf)
+        walks = list(both)
+    far = max(distance(walk) for walk in walks)
+    assert far <= curve.error
+    # Nor is it so large that it says nothing.
+    assert curve.error < 50.0 * far
+
+
+@pytest.mark.parametrize(
+    "state",
+    [State(beta0=20.0, lam=40.0), State(beta0=30.0, lam=80.0, law="cohesive"), State(beta0=60.0, lam=20.0)],
+)
+def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(state: State) -> None:
+    exists = full_answer(state).equilibrium
+    assert exists is not None
+    cut = live_scene(state, budget=0.0)
+    assert "so far" in cut.message
+    assert "nearest" not in cut.message
+    assert cut.nearest is None
+    # Nor does it keep the picture before from being followed.
+    before = full_answer(state.at(0.99 * state.lam)).equilibrium
+    followed = live_scene(state, before=before, budget=0.0).equilibrium
+    assert followed is not None
+    assert followed.alpha1 == pytest.approx(exists.alpha1, abs=1e-3)
+
+
+def test_a_quick_walk_stops_in_time_and_goes_on_later() -> None:
+    _, first = quick_rod(COHESIVE, 0.8125, 0.0)
+    assert first.ended == ""
+    _, second = quick_rod(COHESIVE, 0.8125, math.inf)
+    assert second.ended == "contact"
+    assert len(second.lam) > len(first.lam)
+
+
+@pytest.mark.parametrize("beta0", [0.0, 4.0, 60.0])
+def test_quick_diagrams_cover_their_window(beta0: float) -> None:
+    span = window(beta0)
+    _, curve = quick_groups(LINEAR, beta0, span, math.inf)
+    assert curve.ended == "window"
+    assert curve.lam.max() >= span[1]
+    assert (curve.special("LP-lambda") is None) == (beta0 in (0.0, 60.0))
+
+
+# --- scenes -----------------------------------------------------------------------------------
+
+
+def test_the_four_panels_show_one_state() -> None:
+    scene = full_scene(State())
+    eq = po.equilibrium(beta0=4.0, lam=State().lam)
+    assert scene.diagram.here == pytest.approx((eq.lam, eq.alpha1), rel=1e-7)
+    assert scene.potential is not None
+    assert scene.potential.ball is not None
+    assert scene.potential.ball[0] == pytest.approx(eq.alpha1, rel=1e-7)
+    assert scene.loop is not None
+    assert scene.loop.here == scene.diagram.here
+    assert scene.rod is not None
+    (line, *_) = scene.rod.lines
+    assert line.y[0] == pytest.approx(eq.tip_height, rel=1e-9)
+    assert {m.letter for m in scene.diagram.marks} >= {"T", "F"}
+    assert {mark.look for mark in scene.potential.marks} == {"fold", "maxwell", "delay"}
+    assert {line.look for line in scene.diagram.lines} >= {"stable", "unstable", "spurious", "straight"}
+    assert not scene.message
+    assert scene.full
+
+
+@pytest.mark.parametrize("convention", ["delay", "maxwell"])
+def test_the_loop_is_that_of_the_library(convention: Any) -> None:
+    scene = full_scene(State(convention=convention))
+    loop = po.hysteresis(beta0=4.0, convention=convention)
+    assert scene.loop is not None
+    jumps = {mark.look: mark.x for mark in scene.loop.marks}
+    assert sorted(jumps.values()) == pytest.approx(sorted(j.lam for j in loop.jumps), abs=1e-6)
+    area = float(scene.loop.area.split()[-1])
+    assert area == pytest.approx(loop.area, rel=2e-4, abs=1e-9)
+
+
+def test_a_frame_of_the_sweep_is_a_state_of_the_loop() -> None:
+    loop = live_scene(State()).loop
+    assert loop is not None
+    detached = [f for f in loop.frames if f.label == "lower"]
+    assert len(detached) > 20
+    frame = detached[len(detached) // 2]
+    eq = po.equilibrium(beta0=4.0, lam=frame.value)
+    assert frame.y == pytest.approx(eq.alpha1, abs=5e-3)
+    assert [f.label for f in loop.frames[:3]] == ["adhered"] * 3
+
+
+def test_a_rod_under_pressure_has_its_own_loop() -> None:
+    scene = live_scene(PRESSED, budget=10.0)
+    assert scene.loop is not None
+    p_min = next(m.x for m in scene.loop.marks if m.look == "readheres-down")
+    assert p_min == pytest.approx(0.121837041, abs=1e-4)
+    assert scene.loop.swept == "pressure"
+    assert all(f.label in ("adhered", "folded") for f in scene.loop.frames)
+    assert "delay convention only" in live_scene(PRESSED.changed(convention="maxwell"), budget=10.0).loop.note  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("picture", [live_scene, full_scene])
+@pytest.mark.parametrize(
+    "state",
+    [
+        State(lam=-1.0, accuracy="draft"),
+        State(given="length", law="cohesive", length=2.0, accuracy="sketch"),
+        State(given="pressure", law="cohesive", pressure=0.01, accuracy="sketch"),
+    ],
+)
+def test_what_does_not_exist_is_said_with_the_nearest_that_does(picture: Any, state: State) -> None:
+    scene = picture(state, budget=10.0) if picture is live_scene else picture(state)
+    assert scene.rod is None
+    assert "nearest that does exist" in scene.message
+    assert scene.nearest is not None
+    again = full_answer(scene.nearest)
+    assert again.equilibrium is not None
+    assert not again.message
+
+
+@pytest.mark.parametrize(
+    ("state", "said"),
+    [
+        (State(lam=1.0), "y > y₀"),
+        (State(lam=1.0), "p < 0"),
+        (State(lam=2.0, label="spurious"), "Spurious"),
+        (State(beta0=53.16, lam=15.69), "above 37.55"),
+        (PRESSED.changed(label="folded"), "folded back"),
+    ],
+)
+def test_pictures_say_where_they_leave_their_range(state: State, said: str) -> None:
+    assert any(said in warning for warning in live_scene(state, budget=10.0).warnings)
+
+
+def test_quick_and_full_answers_agree_within_their_errors() -> None:
+    for state in (State(), State(accuracy="sketch"), ROD, PRESSED, SI, State(beta0=53.16, lam=15.69)):
+        quick, full = live_scene(state, budget=10.0).equilibrium, full_answer(state).equilibrium
+        assert quick is not None
+        assert full is not None
+        assert abs(quick.answer - full.answer) <= quick.error + full.error
+        assert quick.state == full.state
+
+
+def test_lower_accuracies_have_larger_errors_and_say_so() -> None:
+    errors = {name: full_answer(ROD.changed(accuracy=name)).equilibrium.error for name in CHOICES["accuracy"]}  # type: ignore[union-attr]
+    assert errors["sketch"] > 10.0 * errors["draft"] > 100.0 * errors["standard"]
+    exact = po.pressure_given_length(po.Rod.from_ratio(1.0), 3.2, method="spectral", tol=1e-11).answer
+    for name, bound in errors.items():
+        found = full_answer(ROD.changed(accuracy=name)).equilibrium
+        assert abs(found.answer - exact) <= bound + 1e-13  # type: ignore[union-attr]
+
+
+def test_a_click_finds_the_place_on_the_branch() -> None:
+    diagram = live_scene(ROD, budget=10.0).diagram
+    spot = diagram.nearest_spot(5.0, 0.7)
+    assert spot is not None
+    assert spot.label == "folded"
+    eq = full_answer(ROD.changed(length=spot.value, label=spot.label, near=spot.near)).equilibrium
+    assert eq is not None
+    assert eq.pressure_ratio == pytest.approx(spot.near, abs=0.02)
+    assert diagram.nearest_spot(math.nan, 0.0) is None
+
+
+def test_csv_holds_what_is_drawn_with_units() -> None:
+    scene = live_scene(SI, budget=10.0)
+    text = scene_csv(scene)
+    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+    assert tuple(rows[0]) == COLUMNS
+    table = [dict(zip(COLUMNS, row, strict=True)) for row in rows[1:]]
+    assert {row["panel"] for row in table} == {"rod", "diagram", "potential", "loop"}
+    (here,) = [row for row in table if (row["panel"], row["series"]) == ("diagram", "state")]
+    assert float(here["x"]) == pytest.approx(1.9, rel=1e-9)
+    assert here["x_quantity"] == "detached length s̄ [mm]"
+    assert here["y_quantity"] == "pressure p [kPa]"
+    rod = [row for row in table if (row["panel"], row["series"]) == ("rod", "rod")]
+    assert rod[0]["y_quantity"].startswith("y [mm]")
+    (link,) = [line for line in text.splitlines() if line.startswith("# link: ")]
+    assert State.from_query(link.removeprefix("# link: ")) == (SI, ())
