@@ -13,7 +13,6 @@ import time
 import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from multiprocessing import active_children
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.studies.sweep import plan as sweep_plan
+from peel_opt.studies.sweep import process as sweep_process
 from peel_opt.studies.sweep import workers as sweep_workers
 from peel_opt.studies.sweep.answers import NUMBERS, TEXTS, Answers
 
@@ -52,6 +52,20 @@ class Here(Executor):
         else:
             future.set_exception(RuntimeError("out of order"))
         return future
+
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+
+
+def _children(pid: int) -> list[int]:
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            if int(stat.read_text().rpartition(")")[2].split()[1]) == pid:
+                found.append(int(stat.parent.name))
+        except OSError:
+            continue  # it ended meanwhile
+    return found
 
 
 @pytest.fixture(autouse=True)
@@ -224,22 +238,21 @@ def _kill_one_worker_once(journal: Path, others: set[int]) -> threading.Thread:
     def kill() -> None:
         while True:
             if journal.exists() and journal.read_bytes().count(b"\n") > 1:
-                for child in active_children():
-                    if child.pid not in others:
-                        os.kill(child.pid, signal.SIGKILL)
-                        killed.append(child.pid)
+                for child in _children(os.getpid()):
+                    if child not in others:
+                        os.kill(child, signal.SIGKILL)
                         return
             time.sleep(0.002)
 
-    killed: list[int] = []
     thread = threading.Thread(target=kill, daemon=True)
     thread.start()
     return thread
 
 
+@needs_proc
 def test_a_killed_worker_of_the_pool_costs_nothing(tmp_path: Path, whole: po.Sweep) -> None:
     journal = tmp_path / "journal"
-    killer = _kill_one_worker_once(journal, {child.pid for child in active_children() if child.pid})
+    killer = _kill_one_worker_once(journal, set(_children(os.getpid())))
     found = po.sweep(GRID, workers=2, journal=journal)
     killer.join(timeout=10.0)
     assert not killer.is_alive()
@@ -249,9 +262,7 @@ def test_a_killed_worker_of_the_pool_costs_nothing(tmp_path: Path, whole: po.Swe
 
 
 def test_a_long_sweep_goes_over_to_processes(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
-    monkeypatch.setattr(sweep_workers, "ALONE", 0.0)
-    monkeypatch.setattr(sweep_workers, "WORTHWHILE", 0.0)
-    monkeypatch.setattr(sweep_workers, "cores", lambda: 2)
+    _go_over_at_once(monkeypatch)
     here: list[int] = []
     answer = sweep_workers.answer_chunk
 
@@ -259,17 +270,99 @@ def test_a_long_sweep_goes_over_to_processes(monkeypatch: pytest.MonkeyPatch, wh
         here.append(task.number)
         return answer(task)
 
-    monkeypatch.setattr(sweep_workers, "_by_pool", lambda tasks, workers: map(answer, tasks))
+    monkeypatch.setattr(sweep_workers, "Crew", lambda size, options: size)
+    monkeypatch.setattr(sweep_workers, "_by_crew", lambda tasks, crew: map(answer, tasks))
     monkeypatch.setattr(sweep_workers, "answer_chunk", counted)
     assert same(whole, po.sweep(GRID))
     assert here == [0]
 
 
+def _worker_that(monkeypatch: pytest.MonkeyPatch, line: str) -> None:
+    """Let workers run a line of Python before they serve."""
+    before, served, after = sweep_process._MAIN.partition("worker.serve()")
+    assert served
+    monkeypatch.setattr(sweep_process, "_MAIN", f"{before}{line}; {served}{after}")
+
+
 def test_workers_that_keep_dying_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweep_workers, "MOST_LOSSES", 0)
-    monkeypatch.setattr(sweep_workers, "_watch", os._exit)  # of the pipe: ends the process at once
-    with pytest.raises(po.WorkersLost, match="without finishing anything"):
+    monkeypatch.setattr(sweep_workers, "MOST_LOSSES", 1)
+    _worker_that(
+        monkeypatch, "import os; worker._answered = lambda task: (os.write(2, b'Ouch'), os._exit(1))"
+    )
+    with pytest.raises(po.WorkersLost, match=r"2 times without finishing anything \(Ouch.*16 of 16 chunks"):
+        po.sweep({"ratio": [1.0, 2.0], "pressure_ratio": np.linspace(0.5, 0.9, 60)}, workers=2)
+
+
+def test_workers_that_cannot_begin_are_an_error_if_asked_for(
+    monkeypatch: pytest.MonkeyPatch, whole: po.Sweep
+) -> None:
+    _worker_that(monkeypatch, "raise SystemExit('not today')")
+    with pytest.raises(po.WorkersLost, match=r"before it began: not today\. Pass workers=1"):
         po.sweep(GRID, workers=2)
+    _go_over_at_once(monkeypatch)
+    assert same(whole, po.sweep(GRID))
+
+
+@pytest.mark.parametrize("name", ["frozen", "qgis-bin.exe", "/nowhere/python3"])
+def test_a_program_that_is_no_plain_python_is_not_started(
+    monkeypatch: pytest.MonkeyPatch, whole: po.Sweep, name: str
+) -> None:
+    if name == "frozen":
+        monkeypatch.setattr(sys, "frozen", True, raising=False)
+    else:
+        monkeypatch.setattr("multiprocessing.spawn.get_executable", lambda: os.fsencode(name))
+    with pytest.raises(po.WorkersLost, match=r"no plain Python.*workers=1|no process can be started here"):
+        po.sweep(GRID, workers=2)
+    _go_over_at_once(monkeypatch)
+    assert same(whole, po.sweep(GRID))
+
+
+SCRIPT = """\
+import numpy as np
+import peel_opt as po
+from peel_opt import sweep_workers
+
+print("begins")
+sweep_workers.ALONE = sweep_workers.WORTHWHILE = 0.0
+sweep_workers.cores = lambda: 2
+begin = sweep_workers.Crew.__init__
+
+def counted(crew, *arguments):
+    try:
+        begin(crew, *arguments)
+        print("crew")
+    except po.InvalidInput:
+        print("no crew")
+        raise
+
+def traction(u):
+    return 1.0 - u
+
+sweep_workers.Crew.__init__ = counted
+axes = {"ratio": np.linspace(1.0, 3.0, 12), "pressure_ratio": np.linspace(0.55, 0.95, 12)}
+print(po.sweep(axes, law=LAW).summary())
+"""
+
+
+@pytest.mark.parametrize("by_name", [True, False], ids=["file", "standard input"])
+@pytest.mark.parametrize(("law", "crew"), [("'linear'", "crew"), ("po.CohesiveLaw(traction)", "no crew")])
+def test_an_unguarded_script_runs_once_and_is_answered(
+    tmp_path: Path, by_name: bool, law: str, crew: str
+) -> None:
+    text = SCRIPT.replace("LAW", law)
+    path = tmp_path / "script.py"
+    path.write_text(text)
+    run = subprocess.run(
+        [sys.executable, "-W", "error", str(path) if by_name else "-"],
+        cwd=Path(__file__).parents[2],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        input="" if by_name else text,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.stdout.splitlines(), run.stderr) == (["begins", crew, "144 of 144 points certified"], "")
+    assert run.returncode == 0
 
 
 def test_workers_that_round_otherwise_are_an_error(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
@@ -302,22 +395,26 @@ def test_a_law_that_does_not_travel_is_refused_before_any_process_starts() -> No
     assert po.sweep({"ratio": 1.0, "pressure_ratio": [0.6, 0.8]}, law=law).certified.all()
 
 
+def _go_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sweep_workers, "ALONE", 0.0)
+    monkeypatch.setattr(sweep_workers, "WORTHWHILE", 0.0)
+    monkeypatch.setattr(sweep_workers, "cores", lambda: 2)
+
+
 @pytest.fixture
 def _eager(monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep that goes over to processes as soon as it may, and fails the test if it does."""
 
-    def refused(workers: int) -> Any:
-        raise AssertionError(f"{workers} processes were started")
+    def refused(words: Any) -> Any:
+        raise AssertionError("a process was started")
 
-    monkeypatch.setattr(sweep_workers, "ALONE", 0.0)
-    monkeypatch.setattr(sweep_workers, "WORTHWHILE", 0.0)
-    monkeypatch.setattr(sweep_workers, "cores", lambda: 2)
-    monkeypatch.setattr(sweep_workers, "_pool", refused)
+    _go_over_at_once(monkeypatch)
+    monkeypatch.setattr(sweep_workers, "Worker", refused)
 
 
 @pytest.mark.usefixtures("_eager")
 def test_by_default_what_does_not_travel_stays_here(whole: po.Sweep) -> None:
-    with pytest.raises(AssertionError, match="2 processes"):
+    with pytest.raises(AssertionError, match="was started"):
         po.sweep(GRID)
     axes = {"ratio": np.linspace(1.0, 3.0, 3), "pressure_ratio": np.linspace(0.6, 0.9, 6)}
     law = po.CohesiveLaw(lambda u: 1.0 - u, name="mine")
@@ -325,14 +422,9 @@ def test_by_default_what_does_not_travel_stays_here(whole: po.Sweep) -> None:
 
 
 @pytest.mark.usefixtures("_eager")
-def test_a_daemonic_process_starts_no_others(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
-    class Daemon:
-        daemon = True
-
-    monkeypatch.setattr(sweep_workers, "current_process", Daemon)
+def test_one_of_several_processes_starts_no_others(monkeypatch: pytest.MonkeyPatch, whole: po.Sweep) -> None:
+    monkeypatch.setattr(sweep_workers, "parent_process", lambda: "another")
     assert same(whole, po.sweep(GRID))
-    with pytest.raises(po.InvalidInput, match=r"daemonic.*workers=1"):
-        po.sweep(GRID, workers=2)
 
 
 # --- the journal --------------------------------------------------------------------------
@@ -521,17 +613,6 @@ def test_two_sweeps_do_not_share_a_journal(tmp_path: Path) -> None:
 COMMAND = ("sweep", "--ratio", "0.5:5:40", "--pressure-ratio", "0.15:0.45:10", "--workers", "2", "--no-plot")
 
 
-def _children(pid: int) -> list[int]:
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            if int(stat.read_text().rpartition(")")[2].split()[1]) == pid:
-                found.append(int(stat.parent.name))
-        except OSError:
-            continue  # it ended meanwhile
-    return found
-
-
 def _alive(pid: int) -> bool:
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
@@ -562,7 +643,7 @@ def interrupted(arguments: tuple[str, ...], out: Path, sent: signal.Signals, lin
     return code
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to look for orphans")
+@needs_proc
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_sweep_leaves_a_journal_and_no_orphans(tmp_path: Path, sent: signal.Signals) -> None:
     code = interrupted(COMMAND, tmp_path, sent, lines=2)

@@ -1,25 +1,23 @@
 """Who computes the chunks of a sweep: this process, a pool of its own, or any executor.
 
-CasADi and MUMPS are not thread-safe, so the pool is one of processes, started afresh (spawn)
-and each with a watch on its parent: however that one ends, no worker outlives it.
+CasADi and MUMPS are not thread-safe, so the pool is one of processes (`sweep_process`), each
+served by a thread that waits for it.
 """
 
 from __future__ import annotations
 
 import os
 import pickle
-import signal
-import threading
 import time
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from multiprocessing import current_process, get_context
-from multiprocessing.connection import Connection
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from multiprocessing import parent_process
+from tempfile import TemporaryFile
 
 from ...base.errors import InvalidInput, WorkersLost
 from .answers import Answers, answer_chunk
-from .plan import Task
+from .plan import Options, Task
+from .process import Worker, cannot_be_sent
 
 #: Seconds a sweep may take here before what is left is looked at, and how many seconds must
 #: then be left for processes, which take a second or two to start, to be worth it.
@@ -31,10 +29,7 @@ MOST_WORKERS = 1000
 #: How often in a row workers may die without finishing a single chunk.
 MOST_LOSSES = 3
 
-REMEDY = (
-    'Call the sweep below `if __name__ == "__main__":` in a file, or pass workers=1; if the'
-    " machine ran out of memory, fewer workers."
-)
+REMEDY = "Pass workers=1; if the machine ran out of memory, fewer workers."
 
 
 def computed(
@@ -54,10 +49,10 @@ def computed(
     Raises
     ------
     InvalidInput
-        If a number of workers is asked for where this process may start none, or for a law or
-        method that cannot be sent to them.
+        If a number of workers is asked for, and the law or the method cannot be sent to them.
     WorkersLost
-        If workers keep dying, or the executor is broken.
+        If workers that are asked for cannot be started, if workers keep dying, or if the
+        executor is broken.
     """
     if executor is not None:
         yield from _by_executor(tasks, executor)
@@ -65,8 +60,8 @@ def computed(
         yield from _adaptively(tasks, cores())
     elif workers == 1:
         yield from map(answer_chunk, tasks)
-    else:
-        yield from _by_pool(tasks, workers)
+    elif tasks:
+        yield from _by_crew(tasks, Crew(min(workers, len(tasks)), tasks[0].options))
 
 
 def cores() -> int:
@@ -75,16 +70,19 @@ def cores() -> int:
 
 
 def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
+    if parent_process() is not None:
+        workers = 1  # one of several processes: its fellows have the other cores
     began = time.perf_counter()
     for done, task in enumerate(tasks):
         spent = time.perf_counter() - began
-        if done and workers > 1 and spent > ALONE and spent / done * (len(tasks) - done) > WORTHWHILE:
+        left = tasks[done:]
+        if done and workers > 1 and spent > ALONE and spent / done * len(left) > WORTHWHILE:
             try:
-                _require_pool(tasks)
-            except InvalidInput:
+                crew = Crew(min(workers, len(left)), task.options)
+            except (InvalidInput, WorkersLost):
                 workers = 1  # nobody asked for processes: here it takes longer, but it is answered
             else:
-                yield from _by_pool(tasks[done:], workers)
+                yield from _by_crew(left, crew)
                 return
         yield answer_chunk(task)
 
@@ -116,86 +114,111 @@ def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[Answers]
         ) from lost
 
 
-def _by_pool(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
-    """Run a pool of processes; where it breaks, a new one does what is left."""
+class Crew:
+    """Processes that are ready for chunks; all of them are given up when one is lost.
+
+    Parameters
+    ----------
+    size : int
+        How many.
+    options : Options
+        Of all chunks.
+
+    Raises
+    ------
+    InvalidInput
+        If the options cannot be sent to another process.
+    WorkersLost
+        If no process can be started.
+    """
+
+    def __init__(self, size: int, options: Options) -> None:
+        try:
+            sent = pickle.dumps(options)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            raise cannot_be_sent(f"{error}".rstrip(".")) from error
+        self.size = size
+        self._words = TemporaryFile()  # noqa: SIM115 - closed by `end`
+        self._workers: list[Worker] = []
+        self._idle: list[Worker] = []
+        self._lost = False
+        try:
+            for _ in range(size):
+                self._workers.append(Worker(self._words))
+            for worker in self._workers:
+                self._begin(worker, sent)
+        except BaseException:
+            self.end()
+            raise
+
+    def answer(self, task: Task) -> Answers:
+        """Have a chunk answered by an idle process; call it from no more threads than there are processes.
+
+        Raises
+        ------
+        WorkersLost
+            If that process ends, or another one has ended before.
+        """
+        if self._lost:
+            raise WorkersLost("a fellow of this worker process has ended.")
+        worker = self._idle.pop()
+        try:
+            answers = worker.answer(task)
+        except WorkersLost:
+            self._lost = True
+            raise
+        self._idle.append(worker)
+        return answers
+
+    def last_words(self) -> str:
+        """Return the last line that one of them wrote, such as the error that ended it."""
+        self._words.seek(0)
+        lines = self._words.read().decode(errors="replace").split("\n")
+        return next((line.strip().rstrip(".") for line in reversed(lines) if line.strip()), "nothing said")
+
+    def end(self) -> None:
+        """End all of them at once."""
+        self._lost = True
+        for worker in self._workers:
+            worker.end()
+        self._words.close()
+
+    def _begin(self, worker: Worker, sent: bytes) -> None:
+        try:
+            worker.take_up(sent)
+        except WorkersLost as error:
+            raise WorkersLost(
+                f"a worker process ended before it began: {self.last_words()}.", remedy=REMEDY
+            ) from error
+        self._idle.append(worker)
+
+
+def _by_crew(tasks: Sequence[Task], crew: Crew) -> Iterator[Answers]:
+    """Have all answered; where a process is lost, a new crew does what is left."""
     left, losses = {task.number: task for task in tasks}, 0
-    _require_pool(tasks)
-    while left:
-        lost = None
-        with _pool(min(workers, len(left))) as pool:
-            for future in as_completed(_submitted(pool, list(left.values()))):
-                try:
-                    answers = future.result()
-                except BrokenExecutor as error:
-                    lost = error  # its fellows may have finished
-                    continue
-                losses = 0
-                del left[answers.number]
-                yield answers
-        if lost is not None:
-            losses += 1
-            if losses > MOST_LOSSES:
-                raise WorkersLost(
-                    f"worker processes died {losses} times without finishing anything;"
-                    f" {len(left)} of {len(tasks)} chunks are left.",
-                    remedy=REMEDY,
-                ) from lost
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Return processes that end with this block, at once if it is left by an exception."""
-    context = get_context("spawn")
-    watched, lifeline = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(workers, context, initializer=_watch, initargs=(watched,))
-    try:
-        yield pool
-    except BaseException:
-        lifeline.close()  # which workers take as their end, in the middle of a chunk too
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-        lifeline.close()
-        watched.close()
-
-
-def _watch(lifeline: Connection) -> None:
-    """In a worker: leave interrupts to the parent, and end when it does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def wait() -> None:
-        lifeline.poll(None)  # true at the end of the pipe: nothing is ever sent
-        os._exit(0)
-
-    threading.Thread(target=wait, daemon=True).start()
-
-
-def _submitted(pool: ProcessPoolExecutor, tasks: list[Task]) -> list[Future[Answers]]:
-    """Submit tasks; the processes that start meanwhile inherit that they do not hear Ctrl-C."""
-    if not hasattr(signal, "pthread_sigmask"):
-        return [pool.submit(answer_chunk, task) for task in tasks]
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        return [pool.submit(answer_chunk, task) for task in tasks]
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _require_pool(tasks: Sequence[Task]) -> None:
-    """Raise where a pool could not even begin."""
-    if current_process().daemon:
-        raise InvalidInput(
-            "this process is itself a daemonic worker, which may not start others.",
-            remedy="Pass workers=1, or call the sweep in the process that started this one.",
-        )
-    _require_pickle(tasks)
-
-
-def _require_pickle(tasks: Sequence[Task]) -> None:
-    try:
-        pickle.dumps(tasks[:1])
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise InvalidInput(
-            f"the law or the method cannot be sent to another process: {error}.",
-            remedy="Define it at the top of a module instead of inside a function, or pass workers=1.",
-        ) from error
+    while True:
+        lost: WorkersLost | None = None
+        with ThreadPoolExecutor(crew.size) as threads:
+            try:
+                for future in as_completed([threads.submit(crew.answer, task) for task in left.values()]):
+                    try:
+                        answers = future.result()
+                    except WorkersLost as error:
+                        lost = error  # its fellows may have finished
+                        continue
+                    losses = 0
+                    del left[answers.number]
+                    yield answers
+                words = crew.last_words()
+            finally:
+                crew.end()  # for which the threads wait
+        if lost is None:
+            return
+        losses += 1
+        if losses > MOST_LOSSES:
+            raise WorkersLost(
+                f"worker processes died {losses} times without finishing anything ({words});"
+                f" {len(left)} of {len(tasks)} chunks are left.",
+                remedy=REMEDY,
+            ) from lost
+        crew = Crew(min(crew.size, len(left)), tasks[0].options)
