@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, PeelOptError
+from ...base.progress import progress
 from . import curves as cli_curves
 from . import explore as cli_explore
 from . import measurements as cli_measurements
@@ -100,21 +101,20 @@ def _run(arguments: argparse.Namespace) -> int:
             raise InvalidInput(f"{path!r} is a calibration, which takes neither --method nor --tol.")
     folder = _folder(arguments)
     code, documents = OK, []
-    with _progress(len(cards)) as progress:
+    # Elsewhere the answers themselves say how far it is.
+    with progress("card", len(cards), None if arguments.json else False) as step:
         for number, (path, card) in enumerate(cards):
             if not isinstance(card, Card):
                 from .measurements import fit_card
 
-                progress.clear()
                 fit_code, document = fit_card(path, card, arguments, before="\n" if number else "")
                 code = max(code, fit_code)
                 documents.append(document)
-                progress.update()
+                step()
                 continue
             answers = card.ask(method=arguments.method, tol=arguments.tol)
             if folder is not None:
                 folder.add(path, answers)
-            progress.clear()
             for label, found in answers:
                 if isinstance(found, PeelOptError):
                     complain(f"{path}: {label}: {found}")
@@ -124,7 +124,7 @@ def _run(arguments: argparse.Namespace) -> int:
                 documents.append({"card": path, "title": card.title, "answers": records})
             else:
                 say(("\n" if number else "") + heading(card, path) + "\n\n" + table(answers))
-            progress.update()
+            step()
     if arguments.json:
         say(as_json({"cards": documents}))
     return code
@@ -155,13 +155,6 @@ def _folder(arguments: argparse.Namespace) -> Folder | None:
     from ..report import Folder
 
     return None if arguments.out is None else Folder(arguments.out, pictures=not arguments.no_plot)
-
-
-def _progress(total: int) -> Any:
-    """Return a bar on stderr, shown for several cards and to people only."""
-    from tqdm import tqdm
-
-    return tqdm(total=total, unit="card", leave=False, disable=total < 2 or not sys.stderr.isatty())
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import html
 import re
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 from ... import __version__
 from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium
 from ...base.files import atomic_write
+from ...base.progress import progress
 from ...base.units import display
 from .precomputed import Place, Relative, places, relatives, solved, with_own
 from .screen import Scene
@@ -120,8 +120,6 @@ def write_page(
 
 def _page(problems: tuple[Relative, ...], points: int) -> str:
     """Compute everything and return the page."""
-    from tqdm import tqdm
-
     from .export_page import ExportPage
 
     page, tally = ExportPage(), Tally()
@@ -133,14 +131,13 @@ def _page(problems: tuple[Relative, ...], points: int) -> str:
             found, start, tally.own = with_own(found, problem.state)
         planned.append((problem, found, start))
     total = sum(len(found) for _, found, _ in planned)
-    quiet = not sys.stderr.isatty()
-    with tqdm(total=total, unit="picture", leave=False, delay=1.0, disable=quiet) as progress:
+    with progress("picture", total) as step:
         for problem, found, start in planned:
             first = None
             for number, place in enumerate(found):
                 scene = solved(place)
                 tally.add(scene)
-                progress.update()
+                step()
                 if scene is None:
                     continue
                 at = page.take(scene)

@@ -6,7 +6,6 @@ beside them where the two differ.  `make` writes them to files.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from importlib import import_module
 from inspect import signature
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...base.checks import whole
 from ...base.errors import InvalidInput
+from ...base.progress import progress
 
 if TYPE_CHECKING:
     from .diagrams import figure_4, figure_5, figure_6
@@ -105,21 +105,19 @@ def make(
     if points is not None:
         points = whole("points", points, 8)
 
-    from tqdm import tqdm
-
     from ...app.report import make_folder
     from .. import save_figure
 
     folder = make_folder(out)
     files = []
-    bar = tqdm(wanted, unit="figure", leave=False, disable=not sys.stderr.isatty())
-    for name in bar:
-        bar.set_postfix_str(_stem(name))
-        module, function = FIGURES[name]
-        draw = getattr(import_module(f".{module}", __name__), function)
-        takes = "points" in signature(draw).parameters  # a potential, a table of times: none
-        figure = draw(points=points) if takes and points is not None else draw()
-        files += [save_figure(figure, folder / f"{_stem(name)}.{end}", dpi=dpi) for end in formats]
+    with progress("figure", len(wanted)) as step:
+        for name in wanted:
+            module, function = FIGURES[name]
+            draw = getattr(import_module(f".{module}", __name__), function)
+            takes = "points" in signature(draw).parameters  # a potential, a table of times: none
+            figure = draw(points=points) if takes and points is not None else draw()
+            files += [save_figure(figure, folder / f"{_stem(name)}.{end}", dpi=dpi) for end in formats]
+            step()
     return files
 
 

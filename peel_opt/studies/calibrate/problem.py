@@ -8,13 +8,13 @@ they no longer change.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...base.progress import progress
 from ...model.bond import COHESIVE
 from ...residual.discretisation import Profile
 from ...residual.phases import layout, without_empty_phases
@@ -245,12 +245,8 @@ class Problem:
 @contextmanager
 def watched(problem: Problem) -> Iterator[Problem]:
     """Return a problem whose steps are counted on a terminal from the first second on."""
-    from tqdm import tqdm
-
-    with tqdm(
-        desc="calibration", unit=" steps", delay=1.0, miniters=1, leave=False, disable=not sys.stderr.isatty()
-    ) as bar:
-        yield replace(problem, watch=bar.update)
+    with progress("step of the calibration") as step:
+        yield replace(problem, watch=step)
 
 
 def _between(a: Observation, b: Observation, share: float) -> Observation:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext
@@ -13,6 +12,8 @@ import numpy as np
 
 from ...base.checks import whole
 from ...base.errors import InvalidInput, WorkersLost
+from ...base.progress import Progress
+from ...base.progress import progress as progressing
 from ...equilibria.methods import Method
 from ...model.bond import CohesiveLaw
 from ...model.rod import Rod
@@ -37,7 +38,7 @@ def sweep(
     executor: Executor | None = None,
     workers: int | None = None,
     same_bits: bool = True,
-    progress: bool = True,
+    progress: Progress = None,
 ) -> Sweep:
     """Answer one question at every point of a grid, or of a list.
 
@@ -67,8 +68,9 @@ def sweep(
     same_bits : bool
         Insist that all workers and the journal round alike.  If not, as on machines of
         different makes, results may differ in the last bit depending on who computed them.
-    progress : bool
-        Show a bar on stderr, if that is a terminal, after a second.
+    progress : None, bool or callable
+        By default a bar on stderr after a second, if that is a terminal; False for none; or a
+        function that is called with the number of points done and of all.
 
     Returns
     -------
@@ -110,15 +112,18 @@ def sweep(
             # Else a finished journal would be handed back without anybody having looked.
             alike.add(_arithmetic_here(plan.options))
             _require_alike(alike, same_bits, journal)
-        with _bar(len(plan), progress) as bar, closing(computed(left, executor, workers)) as found:
-            bar.update(sum(len(answers.texts) for answers in done.values()))
+        with (
+            progressing("point", len(plan), progress) as step,
+            closing(computed(left, executor, workers)) as found,
+        ):
+            step(sum(len(answers.texts) for answers in done.values()))
             for answers in found:
                 alike.add(answers.arithmetic)
                 _require_alike(alike, same_bits, journal)
                 if kept is not None:
                     kept.add(answers)
                 done[answers.number] = answers
-                bar.update(len(answers.texts))
+                step(len(answers.texts))
     return _assembled(plan, done, ", ".join(sorted(alike)))
 
 
@@ -161,12 +166,4 @@ def _assembled(plan: Plan, done: Mapping[int, Answers], arithmetic: str) -> Swee
         options=plan.options.record(),
         arithmetic=arithmetic,
         values={name: column.reshape(plan.shape) for name, column in values.items()},
-    )
-
-
-def _bar(total: int, shown: bool) -> Any:
-    from tqdm import tqdm
-
-    return tqdm(
-        total=total, unit="point", delay=1.0, leave=False, disable=not shown or not sys.stderr.isatty()
     )

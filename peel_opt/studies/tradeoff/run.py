@@ -7,16 +7,18 @@ fails keeps its row, with the reason.
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...base.checks import listed, positive, whole
 from ...base.errors import InvalidInput, NotConverged, PeelOptError
+from ...base.progress import Progress
+from ...base.progress import progress as progressing
 from ...equilibria.methods import Method, as_method
 from ...equilibria.result import Equilibrium
 from ...residual.discretisation import Transcription
@@ -156,6 +158,7 @@ def tradeoff(
     *,
     repeats: int = 5,
     clock: Callable[[], float] = time.perf_counter,
+    progress: Progress = None,
 ) -> WorkPrecision:
     """Measure what methods take and give on one question.
 
@@ -172,6 +175,9 @@ def tradeoff(
         Timed calls, after one that is not.
     clock : callable
         Seconds, for tests.
+    progress : None, bool or callable
+        By default a bar on stderr after a second, if that is a terminal; False for none; or a
+        function that is called with the number of runs done and of all.
 
     Returns
     -------
@@ -201,17 +207,12 @@ def tradeoff(
         )
     peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
     rows = []
-    for method, tol in _shown([(method, tol) for method in methods for tol in tols]):
-        run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
-        rows.append(_measured(run, str(method), tol, reference.answer, repeats, clock))
+    with progressing("run", len(methods) * len(tols), progress) as step:
+        for method, tol in product(methods, tols):
+            run = _peer_run(peer, tol) if method == PEER else _own_run(ask, method, tol)
+            rows.append(_measured(run, str(method), tol, reference.answer, repeats, clock))
+            step()
     return WorkPrecision(tuple(rows), reference.answered, reference.answer, reference.error)
-
-
-def _shown(runs: list[tuple[Any, float]]) -> Any:
-    """Return the runs under a bar on stderr, which people see after a second."""
-    from tqdm import tqdm
-
-    return tqdm(runs, unit="run", leave=False, delay=1.0, disable=not sys.stderr.isatty())
 
 
 #: The answer and everything of a row that is not measured from outside.

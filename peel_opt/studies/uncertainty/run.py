@@ -13,6 +13,7 @@ import numpy as np
 
 from ...analysis.sensitivities import Sensitivities, sensitivities
 from ...base.errors import AtFold, InvalidInput
+from ...base.progress import Progress
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.methods import Method
 from ...equilibria.result import Equilibrium
@@ -45,7 +46,7 @@ def uncertainty(
     journal: str | Path | None = None,
     executor: Executor | None = None,
     workers: int | None = None,
-    progress: bool = True,
+    progress: Progress = None,
 ) -> Uncertainty:
     """Carry the uncertainty of a rod and of what is given to what is asked.
 
