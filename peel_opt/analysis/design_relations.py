@@ -15,6 +15,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from ..base.arrays import floats, in_si
 from ..base.errors import InvalidInput
 from ..base.roots import zeros
 from ..equilibria.trace import trace
@@ -46,7 +47,7 @@ def equation_of_state(rod: Rod, pressure: Any, length: Any, form: NormalForm | N
     """Left side of (37) [Pa^3]; it vanishes on the detached branch and at p = T0."""
     form, sigma = _quadratic(form), _length_ratio(rod, length)
     T0 = rod.adhesion_strength
-    excess = np.asarray(pressure, float) - T0
+    excess = floats("pressure", pressure, _unit(rod, "Pa")) - T0
     return excess**3 + form.a2 * T0 * excess**2 + form.a1 * _scaled_lambda(rod.ratio, sigma) * T0**2 * excess
 
 
@@ -198,12 +199,17 @@ def _shaped(ratio: Any, function: Any) -> Any:
 
 
 def _length_ratio(rod: Rod, length: Any) -> np.ndarray:
-    return _positive_array("length [m]", length) / rod.eta
+    return _positive_array("length", length, _unit(rod, "m")) / rod.eta
 
 
-def _positive_array(name: str, values: Any) -> np.ndarray:
+def _unit(rod: Rod, unit: str) -> str:
+    return "" if rod.dimensionless else unit
+
+
+def _positive_array(name: str, values: Any, unit: str = "") -> np.ndarray:
+    bare = in_si(name, values, unit)
     try:
-        array = np.asarray(values, float)
+        array = np.asarray(bare, float)
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{name} must be a number or an array of them, got {values!r:.60}.") from error
     if not (np.isfinite(array).all() and (array > 0.0).all()):

@@ -131,9 +131,9 @@ def safe_pressure(rod: Rod, flaw: float) -> PressureLimit:
     >>> round(safe_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
     0.275545
     """
-    require_rod(rod).length_ratio(flaw)  # a length, before anything is computed
+    sigma = require_rod(rod).length_ratio(flaw)  # a length, before anything is computed
     least = readhesion_pressure(rod)
-    if flaw >= least.length:
+    if rod.length(sigma) >= least.length:
         return PressureLimit(
             least.pressure,
             least.pressure_ratio,

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..base.arrays import floats, in_si
 from ..base.checks import BETA0, non_negative, positive, whole
 from ..base.errors import OutOfRange
 from ..model.series import UniformSeries, uniform_series
@@ -93,7 +94,7 @@ class NormalForm:
 
     def lam(self, alpha1: Any, beta0: float) -> np.ndarray:
         """Curve Lambda(alpha1) of the detached branch."""
-        return self.at(beta0).curve(np.asarray(alpha1, float))
+        return self.at(beta0).curve(floats("alpha1", alpha1))
 
     def potential(self, alpha1: Any, beta0: float, lam: Any) -> np.ndarray:
         """U_e(alpha1; beta0, lambda), (35); NaN where a series does not reach.
@@ -124,6 +125,7 @@ class NormalForm:
         return self._each("delay", beta0)
 
     def _each(self, point: Literal["fold", "maxwell", "delay"], beta0: Any) -> tuple[Any, Any]:
+        beta0 = in_si("beta0", beta0)
         if np.ndim(beta0) == 0:
             pair: tuple[float, float] = getattr(self.at(beta0), point)()
             return pair

@@ -25,6 +25,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from ..base.arrays import floats
 from ..base.checks import finite
 from ..base.errors import InvalidInput, NoEquilibrium
 from ..base.quadrature import Grid
@@ -66,16 +67,16 @@ class EffectivePotential:
 
     def __call__(self, alpha1: Any, lam: Any) -> np.ndarray:
         """U_e(alpha1; beta0, lambda), (35)."""
-        alpha1 = np.asarray(alpha1, float)
+        alpha1 = floats("alpha1", alpha1)
         known = (alpha1 >= self.domain[0]) & (alpha1 <= self.domain[1])
         x = np.where(known, alpha1, 0.0)
-        U = self.a1 * (0.5 * np.asarray(lam, float) * x * x - self.moment(x))
+        U = self.a1 * (0.5 * floats("lam", lam) * x * x - self.moment(x))
         return np.where(known, U + 0.0, np.nan)
 
     def derivative(self, alpha1: Any, lam: Any) -> np.ndarray:
         """Left side of the normal form, dU_e/dalpha1."""
-        alpha1 = np.asarray(alpha1, float)
-        return self.a1 * alpha1 * (np.asarray(lam, float) - self.curve(alpha1))
+        alpha1 = floats("alpha1", alpha1)
+        return self.a1 * alpha1 * (floats("lam", lam) - self.curve(alpha1))
 
     @property
     def _turns(self) -> list[float]:

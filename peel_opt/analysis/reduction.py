@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.arrays import floats
 from ..base.checks import finite, non_negative
 from ..base.errors import InvalidInput
 from .linear_operator import FIELDS, LinearOperator
@@ -115,7 +116,7 @@ class Reduction(LinearOperator):
         """
         if method not in ("auto", "iteration", "newton"):
             raise InvalidInput(f"method must be 'auto', 'iteration' or 'newton', got {method!r}.")
-        A, lam = np.broadcast_arrays(np.asarray(A, float), np.asarray(lam, float))
+        A, lam = np.broadcast_arrays(floats("A", A), floats("lam", lam))
         if not (np.isfinite(A).all() and np.isfinite(lam).all()):
             raise InvalidInput("A and lambda must be finite.")
         shape, A, lam = A.shape, A.ravel(), lam.ravel()
@@ -181,7 +182,7 @@ class Reduction(LinearOperator):
 
     def g(self, A: Any, lam: Any) -> np.ndarray:
         """Reduced function (32); NaN where (30) has not been solved."""
-        return np.asarray(A, float) * self.solve(A, lam).h
+        return floats("A", A) * self.solve(A, lam).h
 
     def alpha1(self, A: Any, lam: Any) -> np.ndarray:
         """Extra pressure of A (u0 + w): A to first order, exact where g = 0."""

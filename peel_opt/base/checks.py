@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
+from .arrays import in_si
 from .errors import InvalidInput, OutOfRange
 
 #: Beyond these, powers of beta0 soon are no numbers any more, and no rod is there.
@@ -73,10 +74,11 @@ def _shortened(number: int) -> str:
 
 def _checked(name: str, value: object, unit: str, *, minimum: float, strict: bool) -> float:
     label = f"{name} [{unit}]" if unit else name
+    value = in_si(name, value, unit)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InvalidInput(
             f"{label} must be a number, got {value!r}.",
-            remedy="Strings with units are read in problem cards and on the command line.",
+            remedy="Texts with units are read in problem cards and on the command line, quantities of pint here.",
         )
     try:
         number = float(value)

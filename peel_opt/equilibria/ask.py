@@ -79,7 +79,7 @@ def pressure_given_length(
             posed=Posed.at_length(rod, known_law(law), sigma),
             target=Closure("length", sigma),
             unit=rod.length,
-            words=_words("length", length, "m", "sbar/eta", sigma, rod),
+            words=_words("length", rod.length(sigma), "m", "sbar/eta", sigma, rod),
             state=known_state(state),
             near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
         )
@@ -138,7 +138,7 @@ def length_given_pressure(
             posed=Posed.at_pressure(rod, known_law(law), P),
             target=Closure("pressure", P),
             unit=rod.pressure,
-            words=_words("pressure", pressure, "Pa", "p/T0", P, rod),
+            words=_words("pressure", rod.pressure(P), "Pa", "p/T0", P, rod),
             state=known_state(state),
             near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
         )

@@ -83,11 +83,11 @@ class Rod:
 
     def length_ratio(self, length: float) -> float:
         """Return sigma = sbar/eta of a detached length [m]."""
-        return positive("length", length, "m") / self.eta
+        return positive("length", length, "" if self.dimensionless else "m") / self.eta
 
     def pressure_ratio(self, pressure: float) -> float:
         """Return P = p/T0 of a pressure [Pa]."""
-        return finite("pressure", pressure, "Pa") / self.adhesion_strength
+        return finite("pressure", pressure, "" if self.dimensionless else "Pa") / self.adhesion_strength
 
     def length(self, sigma: float) -> float:
         """Detached length [m] of sigma = sbar/eta."""

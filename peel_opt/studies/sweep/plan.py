@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
+from ...base.arrays import in_si
 from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...equilibria.methods import Method, as_method
@@ -38,6 +39,8 @@ MOST_POINTS = 5_000_000
 
 #: A law is told from others up to so many times its last kink, or 3 y0.
 FAR = 1e3
+
+SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
 GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
 GROUPS = ("beta0", "beta1", "lam")
@@ -118,7 +121,8 @@ class Plan:
             )
         if not isinstance(rod, Rod | None):
             raise InvalidInput(f"rod must be a Rod, got {reprlib.repr(rod)}.")
-        arrays = {str(name): _values(str(name), values) for name, values in axes.items()}
+        units = _units({str(name) for name in axes}, rod)
+        arrays = {str(name): _values(str(name), values, units) for name, values in axes.items()}
         varied = {name: values for name, values in arrays.items() if values.ndim}
         fixed = {name: float(values) for name, values in arrays.items() if not values.ndim}
         if not varied:
@@ -159,11 +163,7 @@ class Plan:
     @property
     def units(self) -> Units | None:
         """Units of what has any, those of the rod the points start from; None with ratios or groups only."""
-        names = {*self.axes, *self.fixed}
-        if names & {"ratio", "beta0"}:
-            return None
-        own = self.rod is not None and not names >= set(MATERIAL)
-        return Units.of(self.rod if own else Rod(2.0, 2.0, 2.0))  # any rod with units
+        return _units({*self.axes, *self.fixed}, self.rod)
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
@@ -251,13 +251,27 @@ def _text_of(function: Callable[[float], Any], u: float) -> str:
         return type(error).__name__
 
 
-def _values(name: str, values: Any) -> np.ndarray:
+def _units(names: set[str], rod: Rod | None) -> Units | None:
+    """Return the units of numbers of these names; None if none of them has any."""
+    if names & {"ratio", "beta0"}:
+        return None
+    own = rod is not None and not names >= set(MATERIAL)
+    return Units.of(rod) if own else SI
+
+
+def si_of(name: str, units: Units | None) -> str:
+    """Return the SI unit of a number by its name, empty where it is a ratio."""
+    return unit_of(name, units) if units == SI else ""
+
+
+def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
     if name not in NAMES:
         import difflib
 
         near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
         meant = f"Did you mean {near[0]!r}?" if near else f"Known are {', '.join(NAMES)}."
         raise InvalidInput(f"a sweep has no axis {name!r}.", remedy=meant)
+    values = in_si(f"the axis {name!r}", values, si_of(name, units))
     try:
         # A masked number is one that is not there.
         given = values.filled(np.nan) if isinstance(values, np.ma.MaskedArray) else np.array(values)
@@ -266,7 +280,7 @@ def _values(name: str, values: Any) -> np.ndarray:
     if given.dtype.kind not in "iuf" and given.size:
         raise InvalidInput(
             f"the axis {name!r} must hold numbers, got {reprlib.repr(values)}.",
-            remedy="SI units are meant; units are read on the command line.",
+            remedy="SI units are meant; texts with units are read on the command line, quantities of pint here.",
         )
     array = given.astype(np.float64)
     if array.ndim > 1 or not array.size:

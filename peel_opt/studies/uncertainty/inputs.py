@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from ...base.arrays import in_si
 from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
 from ...equilibria.storage import Units
-from ...model.rod import Rod
-from ..sweep.plan import unit_of
+from ..sweep.plan import SI, si_of, unit_of
 from ..sweep.ranges import parse_together
 
 #: What each input measures.
@@ -39,8 +39,6 @@ KINDS = {
 }
 
 SHAPES = ("normal", "lognormal", "uniform")
-
-SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
 #: A distribution wider than so many times its nominal value is a mistake, and soon overflows.
 WIDEST = 1e6
@@ -108,6 +106,7 @@ def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Sprea
         If it has none of these forms, or the nominal value cannot come of it.
     """
     unit = unit_of(name, units)
+    given = in_si(name, given, si_of(name, units))
     if isinstance(given, str):
         distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)
     elif hasattr(given, "ppf") and hasattr(given, "std"):
