@@ -275,6 +275,43 @@ def test_a_range_may_begin_with_a_minus(call, lam):
     assert points[1]["alpha1"] == pytest.approx(-4.4354069891, abs=1e-9)
 
 
+@pytest.mark.parametrize("low", [["--lam", "-5e-1"], ["--lam=-5e-1"], ["--lam", "-.5"], ["--lam", "-0.05E1"]])
+def test_a_negative_number_may_have_an_exponent(call, low):
+    code, out, _ = call("trace", "--beta0", "4", *low, "1", "--points", "8", "--json")
+    document = json.loads(out)
+    assert (code, document["options"]["lam"]) == (0, [-0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["hysteresis", "--beta0", "-4e0", "--lam", "-1e0", "1"], "beta0 must be"),
+        (["sweep", "--beta0", "4", "--lam", "-5e-2"], "all are single numbers"),
+        (["tradeoff", "--beta0", "4", "--lam", "-1e3"], "got lam = -1000"),
+        (["pressure", "--ratio", "1", "--length", "-3e0"], "length must be positive, got -3"),
+        (["length", "--ratio", "1", "--pressure", "-5e-1 T0"], "pressure must be positive, got -0.5"),
+        (["length", *ROD, "--pressure", "-5e-1kPa"], "pressure [Pa] must be positive, got -500"),
+        (["trace", "--beta0", "4", "--lam", "-inf", "1"], "lam must be finite"),
+        (["trace", "--ratio", "1", "--points", "-1e1"], "invalid int value"),
+        (["trace", "--ratio", "1", "--tol", "-1e-3"], "must lie between 0 and 1, got -1e-3"),
+    ],
+)
+def test_what_is_wrong_with_a_negative_number_is_said_of_the_number(call, arguments, words):
+    code, out, err = call(*arguments)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert "expected" not in err
+
+
+def test_near_and_a_folder_are_read_as_they_were_typed(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    asked = ("pressure", "--ratio", "1", "--length", "3.1", "--near", "-1e-1", "--out", "-1", "--no-plot")
+    code, out, _ = call(*asked)
+    assert code == 0
+    assert "far from near=-0.1" in out
+    assert (tmp_path / "-1").is_dir()
+
+
 def test_the_commands_over_many_rods_print_nothing_but_their_result(call, tmp_path):
     asked = ("--pressure", "0.7 T0,0.8 T0", "--card", AORTA, "--out", tmp_path, "--json")
     code, out, err = call("sweep", *asked)

@@ -136,5 +136,5 @@ def tolerance(text: str) -> float:
     """Read the value of --tol."""
     value = float(text)
     if not 0.0 < value < 1.0:
-        raise argparse.ArgumentTypeError(f"must lie between 0 and 1, got {text}")
+        raise argparse.ArgumentTypeError(f"must lie between 0 and 1, got {text.strip()}")
     return value

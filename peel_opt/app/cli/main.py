@@ -53,8 +53,10 @@ examples:
   peel-opt figures 5 8 --out figures
 """
 
-#: A value that argparse would take for an option: "-0.05:3:50", but not "-1", which it knows.
-_NEGATIVE_RANGE = re.compile(r"-[\d.]+(?:e[-+]?\d+)?[:,].*", re.IGNORECASE | re.DOTALL)
+#: A value that argparse may take for an option: "-5e-1" (before Python 3.14), "-0.05:3:50", "-inf".
+_NEGATIVE = re.compile(r"-(?:\.?\d|inf|nan).*", re.IGNORECASE | re.DOTALL)
+#: An option and the first of its numbers in one word: "--lam=-5e-1".
+_JOINED = re.compile(r"(--[a-zA-Z][\w-]*)=([-+]?(?:\.?\d|inf|nan).*)", re.IGNORECASE | re.DOTALL)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -64,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        arguments = _parser().parse_args(_tied(sys.argv[1:] if argv is None else argv))
+        arguments = _parsed(sys.argv[1:] if argv is None else argv)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     try:
@@ -78,15 +80,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-def _tied(argv: Sequence[str]) -> list[str]:
-    """Tie a range that begins with a minus to its option by "="."""
-    tied: list[str] = []
+def _parsed(argv: Sequence[str]) -> argparse.Namespace:
+    """Read the command line; a word that begins like a negative number is a value, never an option.
+
+    What begins with a space is no option to argparse, so these words get one on their way in.
+    """
+    words: list[str] = []
     for word in argv:
-        if tied and tied[-1].startswith("--") and _NEGATIVE_RANGE.fullmatch(word):
-            tied[-1] += f"={word}"
-        else:
-            tied.append(word)
-    return tied
+        joined = _JOINED.fullmatch(word)
+        words += joined.groups() if joined else (word,)
+    arguments = _parser().parse_args([f" {word}" if _NEGATIVE.fullmatch(word) else word for word in words])
+    for name, value in vars(arguments).items():
+        setattr(arguments, name, [*map(_plain, value)] if isinstance(value, list) else _plain(value))
+    return arguments
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of the command line as it was typed."""
+    padded = isinstance(value, str) and value.startswith(" ") and _NEGATIVE.fullmatch(value[1:])
+    return value[1:] if padded else value
 
 
 def _run(arguments: argparse.Namespace) -> int:
