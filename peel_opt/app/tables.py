@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
 
-from ..base.errors import InvalidInput
-from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
+from ..base.errors import InvalidInput, PeelOptError
+from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse, unit_in
 from ..equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
 from ..equilibria.posed import known_state
@@ -18,6 +19,13 @@ from ..model.rod import Rod
 
 def _read(value: object, info: ValidationInfo, *, kind: Kind, signed: bool = False) -> float:
     return parse(str(info.field_name), value, kind, signed=signed)
+
+
+def _read_tol(value: object) -> float:
+    tol = parse("tol", value, NUMBER)
+    if not tol < 1.0:
+        raise InvalidInput(f"tol must lie between 0 and 1, got {tol:g}.")
+    return tol
 
 
 def _known_method(value: Any) -> Any:
@@ -30,6 +38,7 @@ Length = Annotated[float, BeforeValidator(partial(_read, kind=LENGTH))]
 Stiffness = Annotated[float, BeforeValidator(partial(_read, kind=STIFFNESS))]
 Work = Annotated[float, BeforeValidator(partial(_read, kind=WORK))]
 Number = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER))]
+Tolerance = Annotated[float, BeforeValidator(_read_tol)]
 SignedNumber = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER, signed=True))]
 
 
@@ -136,7 +145,7 @@ class Question(Table):
     law: Literal["auto", "linear", "cohesive"] | None = None
     state: Annotated[str, BeforeValidator(known_state)] | None = None
     near: Any = None
-    tol: Number | None = None
+    tol: Tolerance | None = None
     method: Annotated[str, BeforeValidator(_known_method)] | None = None
 
     @property
@@ -163,8 +172,10 @@ class Question(Table):
             symbol = {"pressure_ratio": "p/T0 = ", "length_ratio": "sbar/eta = "}.get(self.given, "")
             value = getattr(self, self.given)
             words = f"{asked} at {symbol}{value if isinstance(value, str) else f'{value:g}'}"
-        details = (self.state, self.law and f"{self.law} law", self.near and f"near {self.near}")
-        return ", ".join([words, *filter(None, details)])
+        near = None if self.near is None else f"near {self.near}"
+        details = (self.state, self.law and f"{self.law} law", near)
+        # What was typed over several lines is one name all the same.
+        return one_line(", ".join([words, *filter(None, details)]))
 
     def pose(self, problem: Rod | GroupsTable) -> partial[Equilibrium]:
         """Return the question as a call without arguments.
@@ -188,10 +199,14 @@ class Question(Table):
         value = self._in_units_of(problem, self.given)
         near = None if self.near is None else self._in_units_of(problem, "near")
         ask = length_given_pressure if self.given.startswith("pressure") else pressure_given_length
+        if unit := unit_in(getattr(self, self.given)):
+            size = self._in_units_of(problem, self.given, f"1 {unit}")
+            ask = partial(_with_nearest_in, unit, size, ask)
         return partial(ask, problem, value, near=near, **options)
 
-    def _in_units_of(self, rod: Rod, name: str) -> float:
-        raw = getattr(self, name)
+    def _in_units_of(self, rod: Rod, name: str, text: str | None = None) -> float:
+        """Return a field, or another text in its place, in the units of the rod."""
+        raw = getattr(self, name) if text is None else text
         if name.endswith("_ratio"):
             return rod.pressure(raw) if name == "pressure_ratio" else rod.length(raw)
         if name == "length" or (name == "near" and self.given.startswith("pressure")):
@@ -201,3 +216,15 @@ class Question(Table):
         if rod.dimensionless:
             kind = NUMBER
         return parse(name, raw, kind, own=own, signed=name == "near")
+
+
+def _with_nearest_in(
+    unit: str, size: float, ask: Callable[..., Equilibrium], *given: Any, **options: Any
+) -> Equilibrium:
+    """Ask; an error that names the nearest value with an answer names it in the unit typed too."""
+    try:
+        return ask(*given, **options)
+    except PeelOptError as error:
+        if error.nearest is not None:
+            error.args = (f"{error} That is {error.nearest / size:.8g} {unit}.",)
+        raise

@@ -7,14 +7,12 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Context, Decimal, localcontext
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .checks import finite, positive
 from .errors import InvalidInput
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
@@ -25,21 +23,41 @@ class Kind:
     examples: tuple[str, ...]
 
 
-PRESSURE = Kind("Pa", ("Pa", "kPa", "MPa", "GPa", "bar", "psi", "mmHg"))
-LENGTH = Kind("m", ("m", "mm", "um", "nm", "in"))
+PRESSURE = Kind("Pa", ("Pa", "kPa", "MPa", "GPa", "bar", "psi", "mmHg", "cmH2O"))
+LENGTH = Kind("m", ("m", "mm", "um", "nm", "in", "mil"))
 STIFFNESS = Kind("N m", ("N m", "uN m", "mN mm", "J", "eV"))
 WORK = Kind("J/m^2", ("J/m^2", "mJ/cm^2", "N/m", "N/25 mm", "gf/in", "lbf/in"))
 NUMBER = Kind("", ())
 
 _NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|(?:nan|inf(?:inity)?)\b)"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.IGNORECASE)
-#: One factor of a unit: an operator, a count below a slash ("N/25 mm"), a name, an exponent.
+#: Digits with something between them that separates thousands, or stands for a point.
+_SEPARATED = re.compile(r"[-+]?\d+(?:,\d+|[.'’_\s]\d{3}(?!\d))+(?:[.,]\d+)?")
+#: A factor of a unit: an operator, a count below a slash ("N/25.4 mm"), a name, an exponent; or brackets.
 _FACTOR = re.compile(
-    r"\s*(?:(/)\s*(\d{1,4}(?!\d))?|[*·])?\s*"
-    r"([^\W\d_²³]+(?:_[^\W\d_²³]+)*)"
-    r"(?:(?:\s*(?:\*\*|\^)\s*)?(-?\d)(?!\d)|([²³]))?"
+    r"\s*(/|\*)?\s*(?:\(([^()]+)\)|"
+    r"(\d{1,4}(?:\.\d{1,4})?(?![\d.]))?\s*"
+    r"([A-Za-z]+H2O|[^\W\d_]+(?:_[^\W\d_]+)*)"
+    r"(?:\s*(?:\*\*|\^))?\s*(-?\d(?!\d))?)"
 )
-_SUPERSCRIPTS = {"²": 2, "³": 3}
+_RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_SIGNS = str.maketrans({"−": "-", "·": "*", "⋅": "*", "∙": "*", "×": "*", "₂": "2"})
+
+#: Units of the trade that pint does not know, or not by this name.
+_DEFINITIONS = ("@alias torr = Torr", "pound_force_per_square_foot = force_pound / foot ** 2 = psf")
+#: What pint takes for something else: its mil is an angle.
+_MEANT = {"mil": "thou", "mils": "thou"}
+#: Masses that are said where the force of their weight is meant.
+_FORCES = {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "g": "gf", "kg": "kgf"}
+#: What is written in one word or with a space, and how it is read.
+_SPELLINGS = (
+    (re.compile(r"\b(mm|cm|m|in|ft)[\s_]*(Hg|H2O)\b"), r"\1\2"),
+    (re.compile(r"\b([pnuµμmkM]?N)([nuµμmc]?m)\b"), r"\1 \2"),
+    (re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])"), "*"),
+)
+
+#: Decimal arithmetic, whatever a caller has set: 0.07 mm is 7e-5 m to the last bit.
+_EXACT = Context(prec=40, traps=[])
 
 _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
@@ -83,15 +101,48 @@ def parse(
         if isinstance(value, int) and abs(value) > 10**300:
             value = math.inf  # which the check refuses; as a float it would overflow
         return check(name, value, kind.si)
-    match = _QUANTITY.fullmatch(value.strip())
+    text = value.strip().translate(_SIGNS)
+    match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise InvalidInput(f"{name} must be a number with a unit, got {value!r}.", remedy=_wanted(kind, own))
+        wanted = "a number with a unit" if kind.si else "a number"
+        raise InvalidInput(f"{name} must be {wanted}, got {value!r}.", remedy=_wanted(kind, own))
+    if separated := _SEPARATED.match(text):
+        _refuse_separators(name, separated.group())
     number, unit = match.groups()
-    if not unit:
-        if kind.si:
-            raise InvalidInput(f"{name} needs a unit, got {value!r}.", remedy=_wanted(kind, own))
-        return check(name, float(number), kind.si)
-    return check(name, float(number) * _scale(name, unit, kind, own), kind.si)
+    if not unit and kind.si:
+        raise InvalidInput(f"{name} needs a unit, got {value!r}.", remedy=_wanted(kind, own))
+    if not unit or unit in own:
+        return check(name, float(number) * own.get(unit, 1.0), kind.si)
+    with localcontext(_EXACT):
+        return check(name, float(Decimal(number) * _scale(name, unit, kind, own)), kind.si)
+
+
+def unit_in(text: object) -> str:
+    """Return the unit of a text that `parse` reads; none of a plain number.
+
+    Examples
+    --------
+    >>> unit_in("1427 cmH2O")
+    'cmH2O'
+    """
+    match = _QUANTITY.fullmatch(text.strip().translate(_SIGNS)) if isinstance(text, str) else None
+    return match.group(2) if match else ""
+
+
+def _refuse_separators(name: str, digits: str) -> None:
+    """Raise if a number has a decimal comma or separates thousands."""
+    parts = re.split(r"[.,'’_\s]+", digits)
+    if "," not in digits and len(parts) == 2 and "." in digits:
+        return
+    whole, point = "".join(parts), f"{''.join(parts[:-1])}.{parts[-1]}"
+    if digits.count(",") == 1 and len(parts) == 2:
+        either = len(parts[1]) == 3
+        words = "a comma, decimal or of thousands" if either else "a decimal comma"
+        write = f"{point} or {whole}" if either else point
+    else:
+        decimal = {",", "."} <= set(digits)  # the last of both
+        words, write = "separators of thousands", point if decimal else whole
+    raise InvalidInput(f"{name} has {words}, got {digits!r}.", remedy=f"Write {write}.")
 
 
 def display(value: float, unit: str, digits: int = 6) -> str:
@@ -133,21 +184,35 @@ def _engineering(value: float, digits: int) -> tuple[str, int]:
     return f"{scaled:.{decimals}f}", power
 
 
-def _scale(name: str, unit: str, kind: Kind, own: Mapping[str, float]) -> float:
+def _scale(name: str, unit: str, kind: Kind, own: Mapping[str, float]) -> Decimal:
     """Return the SI value of a unit expression that must measure ``kind``."""
-    if unit in own:
-        return own[unit]
     if not kind.si:
         raise InvalidInput(f"{name} cannot have a unit such as {unit!r} here.", remedy=_wanted(kind, own))
-    quantity = _unit(name, unit, kind, own)
+    quantity = _unit(name, _spelled(unit), kind, own)
     wanted = _unit(name, kind.si, kind, own)
     if quantity.dimensionality != wanted.dimensionality:
+        weighed = quantity * _unit(name, "m/s^2", kind, own)
+        masses = [word for word in re.findall(r"[A-Za-z]+", unit) if word in _FORCES]
+        if masses and weighed.dimensionality == wanted.dimensionality:
+            raise InvalidInput(
+                f"{name} cannot be measured in {unit!r}: {masses[0]!r} is a mass.",
+                remedy=f"Its weight is {_FORCES[masses[0]]!r}.",
+            )
         raise InvalidInput(f"{name} cannot be measured in {unit!r}.", remedy=_wanted(kind, own))
-    return float((quantity / wanted).to_base_units().magnitude)
+    scale: Decimal = (quantity / wanted).to_base_units().magnitude
+    return scale
 
 
-def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float]) -> Any:
-    """Return a unit expression as a pint quantity.
+def _spelled(unit: str) -> str:
+    """Return a unit expression in plain signs: "kN·m⁻²" as "kN*m-2", "mm Hg" as "mmHg"."""
+    unit = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda raised: f"^{raised.group().translate(_RAISED)}", unit)
+    for written, read in _SPELLINGS:
+        unit = written.sub(read, unit)
+    return unit
+
+
+def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float], *, count: bool = False) -> Any:
+    """Return a unit expression as a pint quantity; ``count``: it may begin with a number.
 
     Factors are read here, so that the culprit can be named, and so that a text is never
     evaluated: ``9**9**9`` would take for ever.
@@ -155,18 +220,25 @@ def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float]) -> Any:
     import pint
 
     registry = _registry()
-    product, position = registry.Quantity(1.0), 0
+    product, position = registry.Quantity(Decimal(1)), 0
     while position < len(text):
         factor = _FACTOR.match(text, position) if position < 60 else None
-        if factor is None:
+        operator, inner, number, symbol, exponent = factor.groups() if factor else (None,) * 5
+        if factor is None or (number and operator != "/" and not (count and position == 0)):
             raise InvalidInput(
                 f"{name} has a unit that cannot be read: {text[:60]!r}.", remedy=_wanted(kind, own)
             )
-        operator, count, symbol, exponent, superscript = factor.groups()
-        power = int(exponent) if exponent else _SUPERSCRIPTS.get(superscript, 1)
+        if number and not float(number):
+            raise InvalidInput(f"{name} has a unit with a count of 0: {text[:60]!r}.")
         try:
-            part = registry.Quantity(float(count or 1), registry.parse_units(symbol) ** power)
+            if inner is not None:
+                part = _unit(name, inner, kind, own, count=True)
+            else:
+                unit = registry.parse_units(_MEANT.get(symbol, symbol)) ** int(exponent or 1)
+                part = registry.Quantity(Decimal(number or 1), unit)
             product = product / part if operator == "/" else product * part
+        except InvalidInput:
+            raise
         except (pint.PintError, ArithmeticError, ValueError, AttributeError) as error:
             raise InvalidInput(
                 f"{name} has an unknown unit {symbol!r}{_meant(symbol, own)}", remedy=_wanted(kind, own)
@@ -179,13 +251,19 @@ def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float]) -> Any:
 def _registry() -> Any:
     import pint
 
-    return pint.UnitRegistry()
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    for definition in _DEFINITIONS:
+        registry.define(definition)
+    return registry
 
 
 def _meant(symbol: str, own: Mapping[str, float]) -> str:
     """End a message with the nearest known unit."""
     kinds = (PRESSURE, LENGTH, STIFFNESS, WORK)
-    names = [*own, *(n for kind in kinds for unit in kind.examples for n in re.findall(r"[A-Za-z]+", unit))]
+    names = [
+        *own,
+        *(n for kind in kinds for unit in kind.examples for n in re.findall(r"[A-Za-z]+(?:2O)?", unit)),
+    ]
     lowered = {known.lower(): known for known in reversed(names)}
     nearest = difflib.get_close_matches(symbol.lower(), lowered, n=1, cutoff=0.5)
     return f"; did you mean {lowered[nearest[0]]!r}?" if nearest else "."
@@ -193,4 +271,4 @@ def _meant(symbol: str, own: Mapping[str, float]) -> str:
 
 def _wanted(kind: Kind, own: Mapping[str, float]) -> str:
     units = (*kind.examples, *own)
-    return f"Accepted are units such as {', '.join(units)}." if units else "Give a number."
+    return f"Accepted are units such as {', '.join(units)}." if units else ""

@@ -282,3 +282,52 @@ def test_names_of_questions_are_told_apart(tmp_path):
     labels = load_card(path).labels()
     assert len(set(labels)) == 3
     assert labels[2] == "a (2)"
+
+
+# --- units of the trade, and what is said in them -----------------------------------------
+
+
+def test_a_card_in_water_columns_and_mils(card):
+    text = SI.replace('"140 kPa"', '"1427 cmH2O"').replace('"0.73 mm"', '"28.7 mil"')
+    found = card(text.replace('length = "1.9 mm"', 'pressure = "612 cmH2O"'))
+    rod = found.rod()
+    assert rod.adhesion_strength == pytest.approx(139940.8955, rel=1e-14)
+    assert rod.adhesion_range == pytest.approx(0.72898e-3, rel=1e-14)
+    ((label, answer),) = found.ask()
+    assert label == "length at 612 cmH2O"
+    assert answer.pressure == pytest.approx(612 * 98.0665, rel=1e-14)
+    assert answer.certified
+
+
+@pytest.mark.parametrize(
+    ("asked", "unit", "size"),
+    [
+        ('pressure = "100 mmHg"', "mmHg", 133.322387415),
+        ('pressure = "0.1 T0"', "T0", 140e3),
+        ('length = "2 y0"', "y0", 0.73e-3),
+        ('length = "1.46 mm"', "mm", 1e-3),
+    ],
+)
+def test_the_nearest_that_does_exist_is_said_in_the_unit_that_was_typed(card, asked, unit, size):
+    ((_, error),) = card(SI.replace('length = "1.9 mm"', asked)).ask()
+    assert isinstance(error, NoEquilibrium)
+    said, name = str(error).rstrip(".").rsplit("That is ", 1)[1].split()
+    assert name == unit
+    assert float(said) * size == pytest.approx(error.nearest, rel=1e-7)
+
+
+@pytest.mark.parametrize("tol", ["10", "1", "0", "-1e-6", '"10"'])
+def test_a_tolerance_is_refused_as_on_the_command_line(card, tol):
+    with pytest.raises(CardError, match="tol must"):
+        card(SI + f"tol = {tol}\n")
+
+
+def test_a_label_is_one_line_however_its_value_was_typed(card):
+    text = SI.replace('length = "1.9 mm"', 'pressure = """60\nkPa"""\nnear = """2\n mm"""')
+    found = card(text)
+    assert found.labels() == ["length at 60 kPa, near 2 mm"]
+
+
+def test_a_number_that_is_none_is_not_asked_for_a_unit(card):
+    with pytest.raises(CardError, match=r"beta0 must be a number, got 'abc'\.$"):
+        card(GROUPS.replace("beta0 = 4", 'beta0 = "abc"'))

@@ -1,5 +1,6 @@
 """Numbers with units, in and out."""
 
+import decimal
 import math
 
 import pytest
@@ -38,6 +39,33 @@ OWN = {"y0": 7e-4, "eta": 5e-4}
         ("170 N/100 mm", WORK, 1700.0),
         ("12 N/25mm", WORK, 480.0),
         ("0.4", NUMBER, 0.4),
+        # Conventional water and mercury, the inch of 25.4 mm, the pound force of 4.4482216152605 N.
+        ("1427 cmH2O", PRESSURE, 139940.8955),
+        ("1427 cm_H2O", PRESSURE, 139940.8955),
+        ("1427 cm H₂O", PRESSURE, 139940.8955),
+        ("10 mmH2O", PRESSURE, 98.0665),
+        ("10 inH2O", PRESSURE, 2490.8891),
+        ("60 mm Hg", PRESSURE, 7999.3432),
+        ("29.92 in Hg", PRESSURE, 101320.75),
+        ("760 Torr", PRESSURE, 101325.0),
+        ("760 torr", PRESSURE, 101325.0),
+        ("100 psf", PRESSURE, 4788.0259),
+        ("140 kN·m⁻²", PRESSURE, 140e3),
+        ("140 kN m⁻²", PRESSURE, 140e3),
+        ("14 kg/(m s^2)", PRESSURE, 14.0),
+        ("1 kgf/cm²", PRESSURE, 98066.5),
+        ("28.7 mil", LENGTH, 0.72898e-3),
+        ("2 mils", LENGTH, 50.8e-6),
+        ("2 thou", LENGTH, 50.8e-6),
+        ("23 uN⋅m", STIFFNESS, 23e-6),
+        ("23 µN-m", STIFFNESS, 23e-6),
+        ("23 µNm", STIFFNESS, 23e-6),
+        ("2 mNmm", STIFFNESS, 2e-6),
+        ("0.2 Nm", STIFFNESS, 0.2),
+        ("3 N/25.4 mm", WORK, 118.11023622),
+        ("3 N/(25 mm)", WORK, 120.0),
+        ("5 ozf/in", WORK, 5 * 0.45359237 * 9.80665 / 16 / 0.0254),
+        ("5 gf/cm", WORK, 4.903325),
         ("5.664 y0", LENGTH, 5.664 * 7e-4),
     ],
 )
@@ -61,8 +89,20 @@ def test_a_plain_number_is_in_si_units():
         ("140 k!Pa", "cannot be read"),
         ("140 mm", "cannot be measured in 'mm'"),
         ("3 degC", "unit"),
-        ("1 500 Pa", "cannot be read"),
-        ("1,5 Pa", "cannot be read"),
+        ("1 500 Pa", "separators of thousands, got '1 500'. Write 1500."),
+        ("1'500 Pa", "Write 1500."),
+        ("1_500 Pa", "Write 1500."),
+        ("1.234.567 Pa", "Write 1234567."),
+        ("1.234,5 Pa", "Write 1234.5."),
+        ("1,234.5 Pa", "Write 1234.5."),
+        ("1,5 Pa", "decimal comma, got '1,5'. Write 1.5."),
+        ("1,500 Pa", "decimal or of thousands, got '1,500'. Write 1.500 or 1500."),
+        ("1.2.3 Pa", "cannot be read"),
+        ("5 lb/in^2", "'lb' is a mass. Its weight is 'lbf'"),
+        ("5 kg/cm²", "'kg' is a mass. Its weight is 'kgf'"),
+        ("5 kN/0 mm^2", "a count of 0"),
+        ("5 kN/(m", "cannot be read"),
+        ("−3 Pa", "must be positive, got -3"),
         ("5 Pa/", "cannot be read"),
         ("nan Pa", "must be finite"),
         ("inf kPa", "must be finite"),
@@ -86,6 +126,25 @@ def test_what_cannot_be_meant_is_one_line_that_names_the_field(value, words):
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(("mass", "force"), [("oz/in", "ozf"), ("lb/in", "lbf"), ("g/cm", "gf")])
+def test_a_mass_in_the_place_of_a_force_is_told_from_it(mass, force):
+    with pytest.raises(InvalidInput, match=rf"is a mass\. Its weight is '{force}'\."):
+        parse("work_of_separation", f"5 {mass}", WORK)
+
+
+def test_a_text_means_the_nearest_float_whatever_decimals_a_caller_computes_with():
+    with decimal.localcontext(prec=3):
+        for i in range(1, 1000):
+            assert parse("x", f"{i / 100} mm", LENGTH) == float(f"{i / 100}e-3")
+    assert 0.07 * 0.001 != float("0.07e-3")
+
+
+def test_a_number_without_a_unit_is_not_asked_for_one():
+    with pytest.raises(InvalidInput) as caught:
+        parse("beta0", "abc", NUMBER)
+    assert str(caught.value) == "beta0 must be a number, got 'abc'."
 
 
 def test_a_text_is_never_evaluated():

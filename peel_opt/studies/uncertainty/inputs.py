@@ -4,7 +4,7 @@
 
     0.1e-6                       standard deviation of a normal distribution, in SI units
     (2.0e-5, 2.6e-5)             evenly between two values
-    "10 %", "2 uN m"             standard deviation, relative or with its unit
+    "10 %", "+- 2 uN m"          standard deviation, relative or with its unit
     "10 % lognormal"             the same mean and standard deviation, never negative
     "10 % uniform"               evenly within 10 per cent on both sides
     "20 uN m .. 26 uN m"         evenly between two values
@@ -46,6 +46,8 @@ WIDEST = 1e6
 #: A nominal value with less than this share of its distribution on one side is a mistake.
 OUTSIDE = 1e-9
 
+#: What stands between a value and its spread; before a spread alone it may stand too.
+_SIGN = re.compile(r"\s*(?:±|\+/?-)")
 _SHAPED = re.compile(rf"(.*?)(?:\s+({'|'.join(SHAPES)}))?", re.DOTALL)
 
 
@@ -157,7 +159,7 @@ def split(text: str) -> tuple[str, str]:
 
     A range "20 uN m .. 26 uN m" is a spread, whose value is its middle.
     """
-    value, sign, spread = text.replace("±", "+-").partition("+-")
+    value, sign, spread = _SIGN.sub("+-", text).partition("+-")
     if not sign and ".." in value:
         return "", value.strip()
     return value.strip(), spread.strip()
@@ -174,7 +176,7 @@ def _ends(name: str, text: str, kind: Kind) -> list[float]:
 
 
 def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, str]:
-    match = _SHAPED.fullmatch(text.strip())
+    match = _SHAPED.fullmatch(_SIGN.sub("", text, count=1).strip() if _SIGN.match(text) else text.strip())
     assert match is not None
     amount, shape = match.group(1).strip(), match.group(2) or "normal"
     if ".." in amount:
