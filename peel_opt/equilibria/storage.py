@@ -8,6 +8,7 @@ when it is read.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,11 @@ from .result import Equilibrium, Stats
 
 SCHEMA = "peel_opt equilibrium"
 SCHEMA_VERSION = 1
+
+#: How far a number may lie from what follows from others: powers and roots round as the machine does.
+SAME = 1e-12
+#: The same of eta/y0, which is held only as well as the solver holds what it is given.
+SAME_RATIO = 1e-9
 
 #: Numbers of an equilibrium that are stored; all others follow from them.
 _FLOATS = ("beta0", "lam", "alpha1", "error", "certificate", "tol")
@@ -105,7 +111,7 @@ def equilibrium_record(eq: Equilibrium) -> dict[str, Any]:
         "state": eq.state,
         "status": eq.status,
         "valid": bool(eq.valid),
-        "flags": ", ".join(eq.flags),
+        "flags": list(eq.flags),
         "message": eq.message,
     }
     return record | units.rod(eq.rod) | _stats_record(eq.stats)
@@ -146,7 +152,7 @@ def load_equilibrium(path: str | Path) -> Equilibrium:
     """
 
     def parse(data: bytes) -> Equilibrium:
-        return _restore(*(_from_npz(data) if data[:2] == b"PK" else _from_csv(data)))
+        return _restore(*_from_npz(data)) if data[:2] == b"PK" else _from_csv(data)
 
     return read_file(
         path, parse, "equilibrium", "Read files that Equilibrium.save or Equilibrium.to_csv wrote."
@@ -183,10 +189,11 @@ def _from_npz(data: bytes) -> tuple[dict[str, Any], Shape]:
     return head, Shape(**{f.name: arrays[f.name] for f in fields(Shape)})
 
 
-def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
-    text = data.decode("ascii", errors="strict")
-    lines = text.split("\n")
-    if not text.startswith("# schema = ") or lines.pop() != "":
+def _from_csv(data: bytes) -> Equilibrium:
+    """Read a CSV, also one that an editor gave other line ends, a mark before it or blank lines after."""
+    text = data.decode("utf-8-sig").replace("\r\n", "\n")
+    lines = text.rstrip().split("\n")
+    if not text.startswith("# schema = ") or not text.endswith("\n"):
         raise ValueError("it has no header, or ends in the middle of a line")
     comments = [line for line in lines if line.startswith("# ")]
     head = {}
@@ -198,12 +205,38 @@ def _from_csv(data: bytes) -> tuple[dict[str, Any], Shape]:
     rows = [[float(cell) for cell in line.split(",")] for line in lines[len(comments) + 1 :]]
     if any(len(row) != len(titles) for row in rows):
         raise ValueError("its rows do not have one length")
-    table = np.array(rows, float).reshape(len(rows), len(titles))
-    missing = [title for title in _SCALED.values() if title not in titles]
+    table = dict(zip(titles, np.array(rows, float).reshape(len(rows), len(titles)).T, strict=True))
+    missing = [title for title in _SCALED.values() if title not in table]
     if missing:
         raise ValueError(f"it has no column {missing[0]!r}")
-    columns = {name: table[:, titles.index(title)].copy() for name, title in _SCALED.items()}
-    return head, Shape(**columns)
+    eq = _restore(head, Shape(**{name: table[title].copy() for name, title in _SCALED.items()}))
+    _require_agreement(eq, head, table)
+    return eq
+
+
+def _require_agreement(eq: Equilibrium, head: dict[str, Any], table: dict[str, np.ndarray]) -> None:
+    """Raise if what a file says twice is not the same: a CSV is easily edited, and then contradicts itself."""
+    derived: dict[str, Any] = equilibrium_record(eq)
+    if eq.rod is not None:
+        derived |= Units.of(eq.rod).columns(eq)
+        if math.isfinite(eq.ratio) and not _agree(eq.rod.ratio, eq.ratio, SAME_RATIO):
+            raise ValueError(f"its rod has eta/y0 = {eq.rod.ratio!r}, its equilibrium {eq.ratio!r}")
+    for key, stored in (head | table).items():
+        if key in derived and not _agree(stored, derived[key]):
+            raise ValueError(f"its {key!r} is not what follows from its other numbers")
+    if eq.certified and not max(eq.error, eq.certificate) <= eq.tol:
+        raise ValueError("it calls itself certified, with an error or a certificate above its tol")
+
+
+def _agree(stored: Any, derived: Any, within: float = SAME) -> bool:
+    """Whether two numbers, or all of two arrays, are one but for rounding; other values if they are equal."""
+    if isinstance(derived, bool | str | list) or not isinstance(stored, int | float | np.ndarray):
+        return bool(stored == derived)
+    if np.shape(stored) != np.shape(derived):
+        return False
+    known = np.asarray(derived, float)
+    size = np.max(np.abs(known), where=np.isfinite(known), initial=0.0)
+    return bool(np.allclose(stored, known, rtol=0.0, atol=within * size, equal_nan=True))
 
 
 def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:

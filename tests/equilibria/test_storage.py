@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+import re
 import zipfile
 from dataclasses import asdict, fields
 
@@ -78,6 +79,80 @@ def test_units_follow_the_rod(answers):
 def test_a_message_with_line_breaks_survives_csv(tmp_path):
     eq = Equilibrium.nothing(None, "alpha1", 1e-8, "failed", "one\n# two = 3\nthrée")
     assert Equilibrium.load(eq.to_csv(tmp_path / "a.csv")).message == eq.message
+
+
+# --- what others do to a CSV --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+@pytest.mark.parametrize(
+    "passed",
+    [
+        lambda data: data.replace(b"\n", b"\r\n"),  # git under autocrlf
+        lambda data: b"\xef\xbb\xbf" + data,  # Excel
+        lambda data: data + b"\n\n",
+        lambda data: b"\xef\xbb\xbf" + data.replace(b"\n", b"\r\n") + b" \r\n",
+    ],
+)
+def test_a_csv_with_other_line_ends_a_mark_or_blank_lines_is_read(answers, tmp_path, name, passed):
+    path = answers[name].to_csv(tmp_path / "a.csv")
+    path.write_bytes(passed(path.read_bytes()))
+    back = Equilibrium.load(path)
+    assert repr(back.summary()) == repr(answers[name].summary())
+    assert back.shape.y.tobytes() == answers[name].shape.y.tobytes()
+
+
+#: What a CSV says once: how good the answer is and what it took, not what it is.
+ONCE = ("schema", "points", "error", "certificate", "tol", "message", "stats.", "answered", "law", "state")
+
+
+@pytest.mark.parametrize("name", ["si", "ratio", "groups", "beta0=0"])
+def test_a_csv_that_contradicts_itself_is_refused(answers, tmp_path, name):
+    path = answers[name].to_csv(tmp_path / "a.csv")
+    lines = path.read_text().splitlines(keepends=True)
+    changed = 0
+    for i, line in enumerate(lines):
+        key, _, value = line[2:].partition(" = ")
+        digits = re.search(r"\d\.\d", value)
+        if not line.startswith("# ") or key.startswith(ONCE) or digits is None:
+            continue
+        at = len(line) - len(value) + digits.end() - 1
+        edited = line[:at] + str((int(line[at]) + 1) % 10) + line[at + 1 :]
+        path.write_text("".join([*lines[:i], edited, *lines[i + 1 :]]))
+        refused(path, "follows from|eta/y0")
+        changed += 1
+    assert changed >= 7
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('status = "certified"', 'status = "not-certified"'),
+        ("# valid = true", "# valid = false"),
+        ("# flags = []", '# flags = ["y > y0"]'),
+        ("# tol = 1e-08", "# tol = 1e-18"),
+    ],
+)
+def test_a_csv_whose_words_contradict_its_numbers_is_refused(answers, tmp_path, old, new):
+    path = answers["si"].to_csv(tmp_path / "a.csv")
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    refused(path)
+
+
+def test_a_changed_point_of_a_shape_is_seen_where_the_file_holds_it_twice(answers, tmp_path):
+    path = answers["si"].to_csv(tmp_path / "a.csv")
+    lines = path.read_text().splitlines()
+    cells = lines[-20].split(",")
+    cells[1] = repr(float(cells[1]) * 1.001)
+    path.write_text("\n".join([*lines[:-20], ",".join(cells), *lines[-19:]]) + "\n")
+    refused(path, r"'x \[m\]' is not what follows")
+
+
+def test_flags_are_a_list_wherever_they_are_data(answers):
+    assert answers["si"].summary()["flags"] == []
+    assert answers["groups"].summary()["flags"] == ["y > y0"]
 
 
 # --- writing ------------------------------------------------------------------------------
