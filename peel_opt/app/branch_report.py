@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from ..base.units import display
 from ..equilibria.branch import Branch
 from ..equilibria.storage import Units
+from ..model.rod import Rod
 from .report import aligned, describe_rod, slug
 
 #: What the kinds of special points are, for people.
@@ -74,13 +75,17 @@ def branch_record(branch: Branch) -> dict[str, Any]:
     }
 
 
-def write_branch(branch: Branch, folder: Path, *, picture: bool = True) -> Branch:
-    """Write NPZ, CSV and a picture, named after what is held; return the branch as written.
+def branch_stem(rod: Rod | None, beta0: float | None, mode: int = 1) -> str:
+    """Return the name of the files of a branch: what is held, and which branch if not the first."""
+    held = f"beta0-{beta0:.6g}" if rod is None else f"ratio-{rod.ratio:.6g}" if rod.dimensionless else "rod"
+    return slug(f"branch-{held}" if mode == 1 else f"branch-{held}-mode-{mode}")
+
+
+def write_branch(branch: Branch, folder: Path, name: str, *, picture: bool = True) -> Branch:
+    """Write NPZ, CSV and a picture under a name; return the branch as written.
 
     The picture shows stability, which is then stored too.
     """
-    value = f"{branch.held:.6g}" if branch.rod is None or branch.rod.dimensionless else "rod"
-    name = slug(f"branch-{branch.hold}-{value}" if value != "rod" else "branch-rod")
     if picture:
         branch = branch.with_stability()
     branch.save(folder / f"{name}.npz")

@@ -13,6 +13,7 @@ from ..analysis.pressure_loop import PressureLoop
 from ..base.files import save_arrays, write_csv
 from ..base.units import display
 from ..equilibria.storage import Units
+from ..model.rod import Rod
 from .report import aligned, describe_rod, slug
 
 Loop = HysteresisLoop | PressureLoop
@@ -101,8 +102,8 @@ def loop_record(loop: Loop) -> dict[str, Any]:
     return head | {"not_computed": loop.not_computed}
 
 
-def write_loop(loop: Loop, folder: Path, *, picture: bool = True) -> list[Path]:
-    """Write NPZ, CSV and a picture, named after what is swept; return the files.
+def write_loop(loop: Loop, folder: Path, name: str, *, picture: bool = True) -> list[Path]:
+    """Write NPZ, CSV and a picture under a name; return the files.
 
     Both tables have one row for each state in the order of the sweeps, which "leg" names; the
     rows of "between" are the unfolded states of a rod, which the loop does not visit.
@@ -114,7 +115,6 @@ def write_loop(loop: Loop, folder: Path, *, picture: bool = True) -> list[Path]:
     """
     columns = _columns(loop)
     head = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, **loop_record(loop)}
-    name = _name(loop)
     files = [
         save_arrays(folder / f"{name}.npz", head, columns),
         write_csv(folder / f"{name}.csv", head.items(), columns),
@@ -128,11 +128,12 @@ def write_loop(loop: Loop, folder: Path, *, picture: bool = True) -> list[Path]:
     return files
 
 
-def _name(loop: Loop) -> str:
-    if isinstance(loop, HysteresisLoop):
-        form = "" if loop.source == "solver" else f"-{loop.source}"
-        return slug(f"hysteresis-beta0-{loop.beta0:.6g}-{loop.convention}{form}")
-    return slug(f"hysteresis-ratio-{loop.rod.ratio:.6g}") if loop.rod.dimensionless else "hysteresis-rod"
+def loop_stem(rod: Rod | None, beta0: float | None, convention: str | None, form: str | None) -> str:
+    """Return the name of the files of a loop: what is swept, and how it is read."""
+    if rod is None:
+        source = "" if form in (None, "solver") else f"-{form}"
+        return slug(f"hysteresis-beta0-{beta0:.6g}-{convention or 'delay'}{source}")
+    return slug(f"hysteresis-ratio-{rod.ratio:.6g}") if rod.dimensionless else "hysteresis-rod"
 
 
 def _columns(loop: Loop) -> dict[str, np.ndarray]:

@@ -8,12 +8,12 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import InvalidInput, PeelOptError
-from ..base.files import as_path, atomic_write
+from ..base.errors import PeelOptError
+from ..base.files import atomic_write
 from ..base.units import display
 from ..equilibria.result import Equilibrium
 from ..equilibria.storage import equilibrium_record, save_equilibrium, write_equilibrium_csv
@@ -115,80 +115,72 @@ def as_json(document: Any) -> str:
     return json.dumps(_without_nan(document), indent=2, allow_nan=False)
 
 
-def make_folder(path: str | Path) -> Path:
-    """Return a folder that exists now, or raise `InvalidInput`."""
-    folder = as_path(path)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
-    return folder
+def stems(cards: Sequence[tuple[str, Sequence[str]]]) -> list[list[str]]:
+    """Return one name for the files of each answer, by card and label, no two the same.
+
+    Examples
+    --------
+    >>> stems([("problems/a.toml", ["length at 60 kPa", "length at 60 kPa!", "summary"])])
+    [['a-length-at-60-kpa', 'a-length-at-60-kpa-2', 'a-summary-2']]
+    """
+    taken = {summary_stem([card]) for card, _ in cards} | {"summary"}
+    found: list[list[str]] = []
+    for card, labels in cards:
+        found.append([])
+        for label in labels:
+            name = wanted = f"{slug(Path(card).stem)}-{slug(label)}" if card else slug(label)
+            count = 1
+            while name in taken:
+                count += 1
+                name = f"{wanted}-{count}"
+            taken.add(name)
+            found[-1].append(name)
+    return found
 
 
-class Folder:
-    """A folder that receives the files of each answer, and a summary of all.
+def summary_stem(cards: Sequence[str]) -> str:
+    """Return the name of the table of all answers: that of the card, if there is one card only."""
+    return f"{slug(Path(cards[0]).stem)}-summary" if len(cards) == 1 else "summary"
 
-    Parameters
-    ----------
-    path : str or Path
-        Made if it does not exist.
-    pictures : bool
-        Whether each answer gets a PNG.
+
+def write_answer(eq: Equilibrium, folder: Path, stem: str, *, picture: bool = True) -> None:
+    """Write NPZ, CSV and a picture of an answer.
 
     Raises
     ------
     InvalidInput
-        If the folder cannot be made or written.
+        If a file cannot be written.
     """
-
-    def __init__(self, path: str | Path, *, pictures: bool = True) -> None:
-        self.path = make_folder(path)
-        self.pictures = pictures
-        self._names: set[str] = set()
-        self._rows: list[dict[str, Any]] = []
-        # Written at once, so that a folder without permission is known before any work is done.
-        self._write_summary()
-
-    def add(self, card: str, answers: Iterable[Answered]) -> None:
-        """Write the files of a card's answers and renew the summary."""
-        for label, found in answers:
-            self._rows.append({"card": card, **as_record(label, found)})
-            if isinstance(found, Equilibrium):
-                name = self._name(f"{slug(Path(card).stem)}-{slug(label)}" if card else slug(label))
-                save_equilibrium(found, self.path / f"{name}.npz")
-                write_equilibrium_csv(found, self.path / f"{name}.csv")
-                if self.pictures:
-                    self._draw(found, self.path / f"{name}.png")
-        self._write_summary()
-
-    def _name(self, wanted: str) -> str:
-        """Return a name no other answer has, "summary" excluded too."""
-        name, count = wanted, 1
-        while name in self._names or name == "summary":
-            count += 1
-            name = f"{wanted}-{count}"
-        self._names.add(name)
-        return name
-
-    def _draw(self, eq: Equilibrium, path: Path) -> None:
+    save_equilibrium(eq, folder / f"{stem}.npz")
+    write_equilibrium_csv(eq, folder / f"{stem}.csv")
+    if picture:
         from matplotlib.figure import Figure
 
         from ..plots import save_figure
 
         figure = eq.plot().figure
         assert isinstance(figure, Figure)
-        save_figure(figure, path)
+        save_figure(figure, folder / f"{stem}.png")
 
-    def _write_summary(self) -> None:
-        columns = list(dict.fromkeys(["card", "question", "status", *(k for row in self._rows for k in row)]))
-        text = io.StringIO()
-        writer = csv.DictWriter(text, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(self._rows)
-        # The name of a card may hold bytes that are no text: they are shown by their codes.
-        content = text.getvalue().encode("utf-8", "backslashreplace")
-        atomic_write(self.path / "summary.csv", lambda file: file.write(content))
+
+def write_summary(answers: Sequence[tuple[str, Answered]], path: Path) -> None:
+    """Write a table with one line for each question, of the cards named before them.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be written.
+    """
+    rows: list[dict[str, Any]] = [{"card": card, **as_record(*answered)} for card, answered in answers]
+    columns = list(dict.fromkeys(["card", "question", "status", *(key for row in rows for key in row)]))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow(row | {"flags": ", ".join(row["flags"])} if "flags" in row else row)
+    # The name of a card may hold bytes that are no text: they are shown by their codes.
+    content = text.getvalue().encode("utf-8", "backslashreplace")
+    atomic_write(path, lambda file: file.write(content))
 
 
 def slug(text: str) -> str:

@@ -154,6 +154,11 @@ class Question(Table):
         names = ("pressure", "pressure_ratio", "length", "length_ratio")
         return "".join(name for name in names if getattr(self, name) is not None)
 
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What is asked, whatever it is called and however it is answered."""
+        return self.model_dump(exclude={"name", "tol", "method"}, exclude_none=True)
+
     @model_validator(mode="after")
     def _gives_one_quantity(self) -> Self:
         if self.given not in ("", *type(self).model_fields):
@@ -204,9 +209,9 @@ class Question(Table):
             ask = partial(_with_nearest_in, unit, size, ask)
         return partial(ask, problem, value, near=near, **options)
 
-    def _in_units_of(self, rod: Rod, name: str, text: str | None = None) -> float:
+    def _in_units_of(self, rod: Rod, name: str, text: str = "") -> float:
         """Return a field, or another text in its place, in the units of the rod."""
-        raw = getattr(self, name) if text is None else text
+        raw: Any = text or getattr(self, name)
         if name.endswith("_ratio"):
             return rod.pressure(raw) if name == "pressure_ratio" else rod.length(raw)
         if name == "length" or (name == "near" and self.given.startswith("pressure")):

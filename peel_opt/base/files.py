@@ -46,6 +46,17 @@ def as_path(path: object) -> Path:
     return Path(path)
 
 
+def make_folder(path: str | Path) -> Path:
+    """Return a folder that exists now, or raise `InvalidInput`."""
+    folder = as_path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot make the folder {str(path)!r}: {reason}.") from error
+    return folder
+
+
 def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path:
     """Let ``writer`` fill a file that appears at ``path`` only when it is complete.
 

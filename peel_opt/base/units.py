@@ -223,11 +223,12 @@ def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float], *, count: 
     product, position = registry.Quantity(Decimal(1)), 0
     while position < len(text):
         factor = _FACTOR.match(text, position) if position < 60 else None
-        operator, inner, number, symbol, exponent = factor.groups() if factor else (None,) * 5
-        if factor is None or (number and operator != "/" and not (count and position == 0)):
+        counted = count and position == 0  # "/(25 mm)"
+        if factor is None or (factor[3] and factor[1] != "/" and not counted):
             raise InvalidInput(
                 f"{name} has a unit that cannot be read: {text[:60]!r}.", remedy=_wanted(kind, own)
             )
+        operator, inner, number, symbol, exponent = factor.groups()
         if number and not float(number):
             raise InvalidInput(f"{name} has a unit with a count of 0: {text[:60]!r}.")
         try:
@@ -251,7 +252,7 @@ def _unit(name: str, text: str, kind: Kind, own: Mapping[str, float], *, count: 
 def _registry() -> Any:
     import pint
 
-    registry = pint.UnitRegistry(non_int_type=Decimal)
+    registry: Any = pint.UnitRegistry(non_int_type=Decimal)
     for definition in _DEFINITIONS:
         registry.define(definition)
     return registry

@@ -215,7 +215,7 @@ def _from_csv(data: bytes) -> Equilibrium:
 
 
 def _require_agreement(eq: Equilibrium, head: dict[str, Any], table: dict[str, np.ndarray]) -> None:
-    """Raise if what a file says twice is not the same: a CSV is easily edited, and then contradicts itself."""
+    """Raise if what a file says twice is not the same, as in a CSV that was edited in part."""
     derived: dict[str, Any] = equilibrium_record(eq)
     if eq.rod is not None:
         derived |= Units.of(eq.rod).columns(eq)

@@ -10,7 +10,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from ..base.errors import InvalidInput
-from ..base.files import as_path, atomic_write
+from ..base.files import as_path, atomic_write, make_folder
 
 #: By suffix: what keeps the date out, so that the same picture is the same file.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -18,6 +18,19 @@ FORMATS: dict[str, dict[str, Any]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
+
+
+def picture_file(path: str | Path) -> Path:
+    """Return where a figure goes, in a folder that exists now: to be called before any work is done.
+
+    Raises
+    ------
+    InvalidInput
+        If the suffix names none of the formats, or the folder cannot be made.
+    """
+    _suffix(as_path(path))
+    make_folder(as_path(path).parent)
+    return as_path(path)
 
 
 def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
@@ -41,15 +54,20 @@ def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
         If the suffix names none of the formats, or the file cannot be written.
     """
     path = as_path(path)
+    suffix = _suffix(path)
+    # Drawn in memory: on a full disk the backends fail in ways that do not say so.
+    drawn = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
+        fig.savefig(drawn, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
+    return atomic_write(path, lambda file: file.write(drawn.getvalue()))
+
+
+def _suffix(path: Path) -> str:
+    """Return the suffix that names one of the formats."""
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise InvalidInput(
             f"cannot tell the format of a figure from {path.name!r}.",
             remedy=f"End the name in one of {', '.join(FORMATS)}.",
         )
-
-    # Drawn in memory: on a full disk the backends fail in ways that do not say so.
-    drawn = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
-        fig.savefig(drawn, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
-    return atomic_write(path, lambda file: file.write(drawn.getvalue()))
+    return suffix

@@ -141,12 +141,13 @@ def test_files_of_each_answer_stay_in_their_folder(call, mixed, tmp_path):
     names = sorted(path.name for path in out.iterdir())
     stems = ["mixed-etc-passwd", "mixed-etc-passwd-2"]
     assert names == sorted(
-        [f"{stem}{suffix}" for stem in stems for suffix in (".csv", ".npz")] + ["summary.csv"]
+        [f"{stem}{suffix}" for stem in stems for suffix in (".csv", ".npz")]
+        + ["mixed-summary.csv", "written.json"]
     )
     assert {p for p in set(tmp_path.parent.rglob("*")) - before if p.is_file()} == set(out.iterdir())
     assert Equilibrium.load(out / f"{stems[0]}.npz").pressure_ratio == pytest.approx(0.8)
     assert Equilibrium.load(out / f"{stems[1]}.csv").pressure_ratio == pytest.approx(0.7)
-    with open(out / "summary.csv", newline="", encoding="utf-8") as file:
+    with open(out / "mixed-summary.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [row["status"] for row in rows] == ["no-equilibrium", "certified", "certified"]
     assert float(rows[1]["length_ratio"]) == pytest.approx(3.036804006, abs=1e-8)
@@ -156,6 +157,87 @@ def test_each_answer_gets_a_picture(call, tmp_path):
     assert call("pressure", "--length", "1.9 mm", *ROD, "--out", tmp_path)[0] == 0
     picture = tmp_path / "pressure-at-1.9-mm.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+OTHER = ["--k", "24 uN m", "--T0", "140 kPa", "--y0", "0.73 mm"]
+FAST = ["--no-plot", "--points", "8"]
+
+
+@pytest.mark.parametrize(
+    ("first", "other", "stem", "kinds"),
+    [
+        (["length", *ROD, "--pressure", "60 kPa", "--no-plot"], OTHER, "length-at-60-kpa", "npz csv"),
+        (["trace", *ROD, *FAST], OTHER, "branch-rod", "npz csv"),
+        (["hysteresis", *ROD, *FAST], OTHER, "hysteresis-rod", "npz csv"),
+        (["hysteresis", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "hysteresis-beta0-4-delay", "npz csv"),
+        (["trace", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "branch-beta0-4", "npz csv"),
+        (
+            ["uncertainty", *ROD[:4], "--y0", "0.7 mm +- 1 %", "--pressure", "90 kPa", "--samples", "2"]
+            + ["--no-indices", "--workers", "1", "--no-plot"],
+            ["--pressure", "91 kPa"],
+            "samples",
+            "csv",
+        ),
+        (
+            ["tradeoff", "--beta0", "4", "--lam", "1", "--methods", "series", "--repeats", "1"]
+            + ["--tols", "1e-3", "--no-plot"],
+            ["--lam", "2"],
+            "tradeoff",
+            "npz csv",
+        ),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else None,
+)
+def test_files_of_another_rod_or_question_stay(call, tmp_path, first, other, stem, kinds):
+    wrote = f"wrote to {tmp_path}: {_four(stem, kinds)}\n"
+    code, out, err = call(*first, "--out", tmp_path)
+    assert (code, err) == (0, "")
+    assert out.endswith(wrote)
+    files = [tmp_path / f"{stem}.{kind}" for kind in kinds.split()]
+    before = [path.read_bytes() for path in files]
+    code, out, err = call(*first, *other, "--out", tmp_path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert f"{stem}.{kinds.split()[0]}' is of another rod or question (peel-opt {first[0]} " in err
+    assert "--force" in err
+    assert [path.read_bytes() for path in files] == before
+    # Its own files a command replaces, and so it does all with --force.
+    assert call(*first, "--out", tmp_path)[0] == 0
+    code, out, err = call(*first, *other, "--out", tmp_path, "--force")
+    assert (code, err) == (0, "")
+    assert out.endswith(wrote)
+    assert all(path.read_bytes() != content for path, content in zip(files, before, strict=True))
+
+
+def test_files_are_named_after_the_card(call, tmp_path):
+    for card in ("aortic_flap", "office_tape"):
+        path = ROOT / "problems" / f"{card}.toml"
+        assert call("trace", "--card", path, "--out", tmp_path, *FAST)[0] == 0
+        assert call("run", path, "--out", tmp_path, "--no-plot")[0] == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names > {"branch-aortic-flap.npz", "branch-office-tape.npz"}
+    assert names > {"aortic-flap-summary.csv", "office-tape-summary.csv"}
+
+
+def test_a_card_that_has_become_another_rod_does_not_replace_what_it_was(call, mixed, tmp_path):
+    out = tmp_path / "out"
+    assert call("run", mixed, "--out", out, "--no-plot")[0] == 1
+    Path(mixed).write_text(MIXED.replace("ratio = 1.0", "ratio = 2.0"), encoding="utf-8")
+    code, _, err = call("run", mixed, "--out", out, "--no-plot")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "is of another rod or question" in err
+    assert call("run", mixed, "--out", out, "--no-plot", "--force")[0] == 1
+
+
+def test_a_file_of_ones_own_is_nobody_elses(call, tmp_path):
+    (tmp_path / "figure_7.pdf").write_text("from a paper")
+    code, out, err = call("figures", "7", "--out", tmp_path)
+    assert (code, out) == (2, "")
+    assert "figure_7.pdf' is not of this command" in err
+    assert (tmp_path / "figure_7.pdf").read_text() == "from a paper"
+    (tmp_path / "written.json").write_text("no record")
+    code, out, err = call("length", "--pressure", "0.8", "--ratio", "1", "--out", tmp_path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "is not the record" in err
 
 
 @pytest.mark.parametrize("where", ["plain", "plain/below", "x" * 300])
@@ -312,19 +394,23 @@ def test_near_and_a_folder_are_read_as_they_were_typed(call, tmp_path, monkeypat
     assert (tmp_path / "-1").is_dir()
 
 
+def _four(stem, kinds):
+    return ", ".join(f"{stem}.{kind}" for kind in kinds.split())
+
+
 def test_the_commands_over_many_rods_print_nothing_but_their_result(call, tmp_path):
     asked = ("--pressure", "0.7 T0,0.8 T0", "--card", AORTA, "--out", tmp_path, "--json")
     code, out, err = call("sweep", *asked)
-    assert (code, err) == (0, "")
+    assert (code, err) == (0, f"wrote to {tmp_path}: {_four('sweep-aortic-flap', 'csv npz png')}\n")
     document = json.loads(out)
     assert document["summary"] == "2 of 2 points certified"
     assert document["points"][0]["length [m]"] > 1e-3
     assert document["adhesion_strength [Pa]"] == 140.1e3
     spread = ("--pressure", "0.7 T0 +- 1 %", "--card", AORTA, "--samples", "4", "--out", tmp_path, "--json")
     code, out, err = call("uncertainty", *spread)
-    assert (code, err) == (0, "")
+    assert (code, err) == (0, f"wrote to {tmp_path}: samples-aortic-flap.csv, length-aortic-flap.png\n")
     assert json.loads(out)["results"][0]["sampled"]["samples"] == 8
-    assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".npz", ".png", ".journal"}
+    assert {path.suffix for path in tmp_path.iterdir()} == {".csv", ".npz", ".png", ".journal", ".json"}
 
 
 def test_where_no_sample_has_an_answer_the_code_says_so(call, monkeypatch):

@@ -73,7 +73,7 @@ def test_files_hold_every_state(arguments, capsys, tmp_path):
     code, _, err = asked(capsys, *arguments, "--points", "5", "--out", str(tmp_path / "new"))
     assert (code, err) == (0, "")
     files = {path.suffix: path for path in (tmp_path / "new").iterdir()}
-    assert set(files) == {".npz", ".csv", ".png"}
+    assert set(files) == {".npz", ".csv", ".png", ".json"}
     with np.load(files[".npz"], allow_pickle=False) as stored:
         columns = {name: stored[name] for name in stored.files if name != "metadata"}
         head = json.loads(str(stored["metadata"]))
@@ -92,7 +92,7 @@ def test_files_hold_every_state(arguments, capsys, tmp_path):
 
 def test_without_pictures_there_is_none(capsys, tmp_path):
     asked(capsys, "--beta0", "4", "--form", "exact", "--no-plot", "--out", str(tmp_path))
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".npz"]
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".json", ".npz"]
 
 
 @pytest.mark.parametrize(

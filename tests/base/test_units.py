@@ -138,7 +138,7 @@ def test_a_text_means_the_nearest_float_whatever_decimals_a_caller_computes_with
     with decimal.localcontext(prec=3):
         for i in range(1, 1000):
             assert parse("x", f"{i / 100} mm", LENGTH) == float(f"{i / 100}e-3")
-    assert 0.07 * 0.001 != float("0.07e-3")
+    assert float("0.07e-3") != 0.07 * 0.001
 
 
 def test_a_number_without_a_unit_is_not_asked_for_one():

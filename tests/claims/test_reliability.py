@@ -65,7 +65,7 @@ def check_whole(folder: Path) -> int:
         if path.suffix == ".npz":
             load = po.Sweep.load if path.stem == "sweep" else po.Equilibrium.load
             repr(load(path))
-        elif path.name in ("summary.csv", "sweep.csv"):
+        elif path.name in ("summary.csv", "sweep.csv", "written.json"):
             assert content.endswith(b"\n")
         elif path.suffix == ".csv":
             repr(po.Equilibrium.load(path))

@@ -142,7 +142,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "6 of 6 points certified" in printed.out
     assert printed.err == ""
     files = {path.name for path in out.iterdir()}
-    assert files == {"sweep.csv", "sweep.nc", "sweep.npz", "sweep.png", "sweep.journal"}
+    assert files == {"sweep.csv", "sweep.nc", "sweep.npz", "sweep.png", "sweep.journal", "written.json"}
     found = po.Sweep.load(out / "sweep.npz")
     assert found["length_ratio"][0, 2] == po.length_given_pressure(po.Rod.from_ratio(1.0), 0.8).length_ratio
     assert main(command) == 2

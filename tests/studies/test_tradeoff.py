@@ -234,7 +234,12 @@ def test_command_prints_a_table(capsys) -> None:
 def test_command_writes_its_files(capsys, tmp_path) -> None:
     flags = ("--ratio", "0.566", "--pressure", "0.7 T0", *QUICK, "--out", str(tmp_path))
     assert asked(capsys, *flags)[0] == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"tradeoff.npz", "tradeoff.csv", "tradeoff.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "tradeoff.npz",
+        "tradeoff.csv",
+        "tradeoff.png",
+        "written.json",
+    }
     table = WorkPrecision.load(tmp_path / "tradeoff.npz")
     assert table.answered == "length_ratio"
     assert [row.method for row in table.rows] == ["series", "spectral"]
@@ -254,7 +259,7 @@ def test_command_asks_all_questions_of_a_card(capsys, tmp_path) -> None:
     assert [table["answered"] for table in tables] == ["length_ratio", "pressure_ratio"]
     assert tables[0]["rows"][1]["method"] == "spectral"
     assert tables[0]["rows"][1]["evaluations"] >= 3
-    assert {path.name for path in tmp_path.glob("*.npz")} == {"tradeoff-1.npz", "tradeoff-3.npz"}
+    assert {path.name for path in tmp_path.glob("*.npz")} == {"tradeoff-1-card.npz", "tradeoff-3-card.npz"}
     assert not list(tmp_path.glob("*.png"))
 
 

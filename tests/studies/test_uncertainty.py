@@ -339,7 +339,11 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     few = ["--samples", "8", "--no-indices"]
     assert main([*command, *few, "--out", str(tmp_path)]) == 0
     assert "length: 1.7" in capsys.readouterr().out
-    assert {path.name for path in tmp_path.iterdir()} == {"samples.csv", "length.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "samples-aortic-flap.csv",
+        "length-aortic-flap.png",
+        "written.json",
+    }
     assert main([*command, *few, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     expected = {"unit": "Pa", "nominal": 1e5, "mean": 1e5, "sd": 1e3, "distribution": "normal"}

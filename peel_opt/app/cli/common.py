@@ -6,13 +6,13 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput
 
 if TYPE_CHECKING:
     from ...model.rod import Rod
+    from .files import Files
 
 OK, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -60,21 +60,18 @@ def output_options(sub: argparse.ArgumentParser, files: str) -> None:
     sub.add_argument("--json", action="store_true", help="print one JSON document")
     sub.add_argument("--out", metavar="DIR", help=f"also write {files} here")
     sub.add_argument("--no-plot", action="store_true", help="no pictures under --out")
+    force_option(sub)
+
+
+def force_option(sub: argparse.ArgumentParser) -> None:
+    """Add --force, which replaces what another command wrote."""
+    sub.add_argument("--force", action="store_true", help="replace files of another rod or question")
 
 
 def chosen(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
     """Return those of the options that are given."""
     values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value is not None}
-
-
-def out_folder(arguments: argparse.Namespace) -> Path | None:
-    """Make the folder of --out, before any work is done; None without."""
-    if arguments.out is None:
-        return None
-    from ..report import make_folder
-
-    return make_folder(arguments.out)
 
 
 def by_beta0(arguments: argparse.Namespace) -> bool:
@@ -124,6 +121,16 @@ def say(text: str) -> None:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - lives as long as the process
         if not isinstance(error, BrokenPipeError):
             raise InvalidInput(f"cannot print the result: {error.strerror}.") from error
+
+
+def say_written(files: Files | None, arguments: argparse.Namespace) -> None:
+    """Say which files were written: after the result, or beside it where that is one document."""
+    if files is None:
+        return
+    if arguments.json:
+        print(files.said(), file=sys.stderr)
+    else:
+        say(f"\n{files.said()}")
 
 
 def complain(text: object) -> None:

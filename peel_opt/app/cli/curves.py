@@ -14,12 +14,14 @@ from .common import (
     by_beta0,
     chosen,
     complain,
-    out_folder,
+    force_option,
     output_options,
     rod_from,
     rod_options,
     say,
+    say_written,
 )
+from .files import Files, named, out_files
 
 #: What `peel_opt.plots.figures` draws.
 NAMES = "3 to 10, p-min, flaw-chart, fold-curve, method-map, work-precision"
@@ -61,6 +63,7 @@ def add_commands(command: AddCommand) -> None:
     figures.add_argument("names", nargs="*", metavar="N", help=f"of {NAMES}; by default all")
     figures.add_argument("--out", metavar="DIR", default="figures", help="where PDF and PNG go (figures)")
     figures.add_argument("--points", type=int, metavar="N", help="points on each curve")
+    force_option(figures)
 
 
 def _asked(arguments: argparse.Namespace, names: tuple[str, ...], whole: str) -> dict[str, Any]:
@@ -80,14 +83,20 @@ def _trace(arguments: argparse.Namespace) -> int:
     options = _asked(arguments, ("law", "mode", "points", "tol"), "a rod's branch is traced whole")
 
     from ...equilibria.trace import trace
-    from ..branch_report import branch_record, special_table, write_branch
+    from ..branch_report import branch_record, branch_stem, special_table, write_branch
     from ..report import as_json
 
-    folder = out_folder(arguments)
+    files, stem = out_files(arguments), ""
+    if files is not None:
+        stem = branch_stem(options.get("rod"), options.get("beta0"), arguments.mode)
+        stem = _claimed(
+            files, "trace", options, named("branch", arguments) if arguments.card else stem, arguments
+        )
     branch = trace(**options)
-    if folder is not None:
-        branch = write_branch(branch, folder, picture=not arguments.no_plot)
+    if files is not None:
+        branch = write_branch(branch, files.folder, stem, picture=not arguments.no_plot)
     say(as_json(branch_record(branch)) if arguments.json else special_table(branch))
+    say_written(files, arguments)
     if branch.ended in UNFINISHED:
         complain(f"the branch goes on where its walk ended ({branch.ended})")
         return FAILED
@@ -106,21 +115,38 @@ def _hysteresis(arguments: argparse.Namespace) -> int:
         options["form"] = getattr(NormalForm, arguments.form)()
 
     from ...analysis.loops import hysteresis
-    from ..loop_report import loop_record, loop_table, write_loop
+    from ..loop_report import loop_record, loop_stem, loop_table, write_loop
     from ..report import as_json
 
-    folder = out_folder(arguments)
+    files, stem = out_files(arguments), ""
+    if files is not None:
+        stem = loop_stem(options.get("rod"), options.get("beta0"), arguments.convention, arguments.form)
+        stem = named("hysteresis", arguments) if arguments.card else stem
+        stem = _claimed(files, "hysteresis", options | {"form": arguments.form}, stem, arguments)
     loop = hysteresis(**options)
-    if folder is not None:
-        write_loop(loop, folder, picture=not arguments.no_plot)
+    if files is not None:
+        write_loop(loop, files.folder, stem, picture=not arguments.no_plot)
     say(as_json(loop_record(loop)) if arguments.json else loop_table(loop))
+    say_written(files, arguments)
     return OK
+
+
+def _claimed(
+    files: Files, command: str, options: dict[str, Any], stem: str, arguments: argparse.Namespace
+) -> str:
+    """Claim the files of a curve, whichever way it is computed; return their name."""
+    asked = {name: value for name, value in options.items() if name not in ("points", "tol")}
+    return files.claim_kinds({command: asked}, stem, "npz csv", pictures=not arguments.no_plot)
 
 
 def _figures(arguments: argparse.Namespace) -> int:
     """Write figures and say where they are."""
-    from ...plots.figures import make
+    from ...plots.figures import FORMATS, make, stems
 
+    files = out_files(arguments)
+    assert files is not None
+    for stem in stems(arguments.names):
+        files.claim({"figure": stem}, *(f"{stem}.{form}" for form in FORMATS))
     for path in make(arguments.names, arguments.out, points=arguments.points):
         say(str(path))
     return OK

@@ -27,7 +27,10 @@ def _explore(arguments: argparse.Namespace) -> int:
     """Show the explorer, or write it to a file."""
     state = _state(arguments.card)
     if arguments.export is not None:
+        from ...base.files import as_path, make_folder
         from ..explorer.export import write_page
+
+        make_folder(as_path(arguments.export).parent)
 
         say(str(write_page(arguments.export, state)))
         return OK

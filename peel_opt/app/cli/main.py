@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -31,10 +32,14 @@ from .common import (
     rod_from,
     rod_options,
     say,
+    say_written,
 )
+from .files import Files, out_files
 
 if TYPE_CHECKING:
-    from ..report import Folder
+    from ..calibration_cards import CalibrationCard
+    from ..cards import Card
+    from ..report import Answered
 
 EPILOG = """\
 exit codes: 0 answered, 1 a question has no answer, 2 wrong input, 130 interrupted
@@ -90,6 +95,7 @@ def _parsed(argv: Sequence[str]) -> argparse.Namespace:
         joined = _JOINED.fullmatch(word)
         words += joined.groups() if joined else (word,)
     arguments = _parser().parse_args([f" {word}" if _NEGATIVE.fullmatch(word) else word for word in words])
+    arguments.line = shlex.join(["peel-opt", *argv])
     for name, value in vars(arguments).items():
         setattr(arguments, name, [*map(_plain, value)] if isinstance(value, list) else _plain(value))
     return arguments
@@ -104,14 +110,15 @@ def _plain(value: Any) -> Any:
 def _run(arguments: argparse.Namespace) -> int:
     """Answer all questions of some cards; a calibration card asks for a fit."""
     from ..cards import Card, load_any
-    from ..report import as_json, as_record, heading, table
+    from ..report import as_json, as_record, heading, summary_stem, table, write_answer, write_summary
 
     # All cards are read before the first is answered: mistakes show at once.
     cards = [(path, load_any(path)) for path in arguments.cards]
     for path, card in cards:
         if not isinstance(card, Card) and chosen(arguments, "method", "tol"):
             raise InvalidInput(f"{path!r} is a calibration, which takes neither --method nor --tol.")
-    folder = _folder(arguments)
+    files, names = _card_files(arguments, cards)
+    answered: list[tuple[str, Answered]] = []
     code, documents = OK, []
     # Elsewhere the answers themselves say how far it is.
     with progress("card", len(cards), None if arguments.json else False) as step:
@@ -125,8 +132,12 @@ def _run(arguments: argparse.Namespace) -> int:
                 step()
                 continue
             answers = card.ask(method=arguments.method, tol=arguments.tol)
-            if folder is not None:
-                folder.add(path, answers)
+            if files is not None:
+                answered += [(path, one) for one in answers]
+                for stem, (_, found) in zip(names[number], answers, strict=True):
+                    if not isinstance(found, PeelOptError):
+                        write_answer(found, files.folder, stem, picture=not arguments.no_plot)
+                write_summary(answered, files.folder / f"{summary_stem(arguments.cards)}.csv")
             for label, found in answers:
                 if isinstance(found, PeelOptError):
                     complain(f"{path}: {label}: {found}")
@@ -139,34 +150,55 @@ def _run(arguments: argparse.Namespace) -> int:
             step()
     if arguments.json:
         say(as_json({"cards": documents}))
+    say_written(files, arguments)
     return code
+
+
+def _card_files(
+    arguments: argparse.Namespace, cards: Sequence[tuple[str, Card | CalibrationCard]]
+) -> tuple[Files | None, list[list[str]]]:
+    """Claim the files of all questions, and of the table of them; return their names by card."""
+    from ..cards import Card
+    from ..report import stems, summary_stem
+
+    files = out_files(arguments)
+    asked = [
+        (path, [(card.problem, q.asked) for q in card.questions], card.labels())
+        for path, card in cards
+        if isinstance(card, Card)
+    ]
+    names = stems([(path, labels) for path, _, labels in asked])
+    if files is not None and asked:
+        for (_, questions, _), found in zip(asked, names, strict=True):
+            for question, stem in zip(questions, found, strict=True):
+                files.claim_kinds(question, stem, "npz csv", pictures=not arguments.no_plot)
+        files.claim([questions for _, questions, _ in asked], f"{summary_stem(arguments.cards)}.csv")
+    in_order = iter(names)
+    return files, [next(in_order) if isinstance(card, Card) else [] for _, card in cards]
 
 
 def _ask(arguments: argparse.Namespace) -> int:
     """Answer one question about one rod."""
     from ..cards import as_question
-    from ..report import as_json, as_record, sheet
+    from ..report import as_json, as_record, sheet, stems, write_answer
 
     given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
     question, rod = as_question(**given), rod_from(arguments)
     label, ask = question.label(rod), question.pose(rod)
-    folder = _folder(arguments)
+    files, ((stem,),) = out_files(arguments), stems([(arguments.card or "", [label])])
+    if files is not None:
+        files.claim_kinds((rod, question.asked), stem, "npz csv", pictures=not arguments.no_plot)
     try:
         found = ask()
     except PeelOptError as error:
         if arguments.json and not isinstance(error, InvalidInput):
             say(as_json(as_record(label, error)))
         raise
-    if folder is not None:
-        folder.add("", [(label, found)])
+    if files is not None:
+        write_answer(found, files.folder, stem, picture=not arguments.no_plot)
     say(as_json(as_record(label, found)) if arguments.json else sheet(label, found))
+    say_written(files, arguments)
     return OK
-
-
-def _folder(arguments: argparse.Namespace) -> Folder | None:
-    from ..report import Folder
-
-    return None if arguments.out is None else Folder(arguments.out, pictures=not arguments.no_plot)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput, PeelOptError
-from .common import FAILED, OK, WRONG_INPUT, AddCommand, complain, out_folder, output_options, say
+from .common import FAILED, OK, WRONG_INPUT, AddCommand, complain, output_options, say, say_written
+from .files import out_files
 
 if TYPE_CHECKING:
     from ..calibration_cards import CalibrationCard
@@ -43,18 +44,22 @@ def fit_card(
     from pathlib import Path
 
     from ..calibration_report import fit_record, fit_table, heading, write_fit
+    from ..report import slug
 
-    folder = out_folder(arguments)
+    files = out_files(arguments)
     level = card.calibration.level
     document: dict[str, Any] = {"card": path, "title": card.title}
     try:
+        if files is not None:
+            files.claim_kinds(card, slug(Path(path).stem), "csv json", pictures=not arguments.no_plot)
         fit = card.fit(Path(path).parent)
-        if folder is not None:
-            write_fit(fit, folder, Path(path).stem, level, picture=not arguments.no_plot)
+        if files is not None:
+            write_fit(fit, files.folder, Path(path).stem, level, picture=not arguments.no_plot)
         if arguments.json:
             document["calibration"] = fit_record(fit, level)
         else:
             say(before + heading(card, path) + "\n\n" + fit_table(fit, level))
+        say_written(files, arguments)
     except PeelOptError as error:
         complain(f"{path}: {error}")
         document["calibration"] = {"status": error.status, "message": str(error)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ...base.errors import InvalidInput, PeelOptError
@@ -14,13 +15,14 @@ from .common import (
     by_beta0,
     chosen,
     complain,
-    out_folder,
     output_options,
     rod_from,
     rod_options,
     say,
+    say_written,
     tolerance,
 )
+from .files import named, out_files
 
 #: A question's label, and the question.
 _Posed = tuple[str, Callable[..., Any]]
@@ -60,7 +62,12 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     from ..report import as_json
     from ..work_report import work_record, write_work
 
-    folder = out_folder(arguments)
+    files, stems = out_files(arguments), [""] * len(questions)
+    if files is not None:
+        for number, (label, ask) in enumerate(questions, 1):
+            stem = named("tradeoff" if len(questions) == 1 else f"tradeoff-{number}", arguments)
+            about = (label, ask.args) if isinstance(ask, partial) else label
+            stems[number - 1] = files.claim_kinds(about, stem, "npz csv", pictures=not arguments.no_plot)
     code, documents = OK, []
     for number, (label, ask) in enumerate(questions, 1):
         try:
@@ -72,15 +79,15 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             complain(f"{label}: {error}")
             code = FAILED
             continue
-        if folder is not None:
-            stem = "tradeoff" if len(questions) == 1 else f"tradeoff-{number}"
-            write_work(table, label, folder, stem, picture=not arguments.no_plot)
+        if files is not None:
+            write_work(table, label, files.folder, stems[number - 1], picture=not arguments.no_plot)
         if arguments.json:
             documents.append({"question": label, **work_record(table)})
         else:
             say(("\n" if number > 1 else "") + f"{label}\n\n{table!r}")
     if arguments.json:
         say(as_json({"tables": documents}))
+    say_written(files, arguments)
     return code
 
 

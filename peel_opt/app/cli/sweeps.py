@@ -17,11 +17,12 @@ from .common import (
     card_rod,
     chosen,
     complain,
-    out_folder,
     output_options,
     rod_options,
     say,
+    say_written,
 )
+from .files import Files, named, out_files
 
 if TYPE_CHECKING:
     from ...model.rod import Rod
@@ -113,19 +114,26 @@ def _work_options(sub: argparse.ArgumentParser) -> None:
 
 def _uncertainty(arguments: argparse.Namespace) -> int:
     """Propagate, print and write; that some samples have no answer is part of the result."""
+    from ...studies.uncertainty.limits import LIMITS
     from ...studies.uncertainty.run import uncertainty
     from ..report import as_json
 
     rod, given, spread = _uncertain(arguments)
-    folder = out_folder(arguments)
+    files = out_files(arguments)
+    asked = {"rod": rod, "given": given, "spread": spread} | chosen(arguments, "law", "state")
+    stem = named("samples", arguments)
+    pictures = [named(name, arguments) + ".png" for name in (*GIVEN, *LIMITS) if not arguments.no_plot]
+    if files is not None:
+        files.claim({"uncertainty": asked}, f"{stem}.csv", *pictures)
     names = ("of", "law", "state", "method", "tol", "workers", "samples", "seed")
     options = chosen(arguments, *names) | given
     found = uncertainty(rod, spread, indices=not arguments.no_indices, **options)
     say(as_json(found.record()) if arguments.json else repr(found))
-    if folder is not None:
-        found.to_csv(folder / "samples.csv")
+    if files is not None:
+        found.to_csv(files.folder / f"{stem}.csv")
         for name in found.quantities if not arguments.no_plot else ():
-            _draw(partial(found.plot, of=name), folder / f"{name}.png")
+            _draw(partial(found.plot, of=name), files.folder / f"{named(name, arguments)}.png")
+    say_written(files, arguments)
     if any(not number.found.size for number in found.quantities.values()):
         complain("no sample has an answer")
         return FAILED
@@ -187,23 +195,29 @@ def _sweep(arguments: argparse.Namespace) -> int:
     from ..report import as_json
 
     axes, rod = _axes(arguments)
-    folder = _folder(arguments)
+    stem = named("sweep", arguments)
+    files = _files(arguments, stem)
+    if files is not None:
+        asked = {"axes": axes, "rod": rod, "zip": arguments.zip} | chosen(arguments, "law", "state")
+        kinds = "csv npz nc" if arguments.netcdf else "csv npz"
+        files.claim_kinds({"sweep": asked}, stem, kinds, pictures=not arguments.no_plot)
     options = chosen(arguments, "law", "state", "method", "tol", "workers")
-    journal = None if folder is None else folder / "sweep.journal"
+    journal = None if files is None else files.folder / f"{stem}.journal"
     found = sweep(axes, rod=rod, zipped=arguments.zip, journal=journal, **options)
     if arguments.json:
         say(as_json(sweep_record(found)))
     else:
-        say(csv_text(found).rstrip("\n") if folder is None else repr(found))
-    if folder is not None:
-        _write(found, folder, arguments)
+        say(csv_text(found).rstrip("\n") if files is None else repr(found))
+    if files is not None:
+        _write(found, files.folder / stem, arguments)
+    say_written(files, arguments)
     if found.certified.all():
         return OK
     complain(found.summary())
     return FAILED
 
 
-def _folder(arguments: argparse.Namespace) -> Path | None:
+def _files(arguments: argparse.Namespace, stem: str) -> Files | None:
     """Return the folder to write to; a journal there is taken up only on request."""
     from ...studies.sweep.files import require_netcdf
 
@@ -213,23 +227,24 @@ def _folder(arguments: argparse.Namespace) -> Path | None:
         return None
     if arguments.netcdf:
         require_netcdf()
-    folder = out_folder(arguments)
-    assert folder is not None
-    if (folder / "sweep.journal").exists() and not arguments.resume:
+    files = out_files(arguments)
+    assert files is not None
+    if (files.folder / f"{stem}.journal").exists() and not arguments.resume:
         raise InvalidInput(
-            f"{str(folder)!r} holds the journal of a sweep already.",
+            f"{str(files.folder)!r} holds the journal of a sweep already.",
             remedy="Go on with it by --resume, or name another folder.",
         )
-    return folder
+    return files
 
 
-def _write(found: Any, folder: Path, arguments: argparse.Namespace) -> None:
-    found.to_csv(folder / "sweep.csv")
-    found.save(folder / "sweep.npz")
+def _write(found: Any, path: Path, arguments: argparse.Namespace) -> None:
+    """Write what was found under a path that has no suffix yet."""
+    found.to_csv(f"{path}.csv")
+    found.save(f"{path}.npz")
     if arguments.netcdf:
-        found.to_netcdf(folder / "sweep.nc")
+        found.to_netcdf(f"{path}.nc")
     if not arguments.no_plot and len(found.shape) <= 2:
-        _draw(found.plot, folder / "sweep.png")
+        _draw(found.plot, Path(f"{path}.png"))
 
 
 def _draw(plot: Callable[[], Any], path: Path) -> None:

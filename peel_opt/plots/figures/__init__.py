@@ -99,16 +99,16 @@ def make(
     InvalidInput
         If there is no such figure or format, or the folder cannot be written.
     """
-    wanted = [str(name) for name in names] or list(FIGURES)
-    if unknown := [name for name in wanted if name not in FIGURES]:
-        raise InvalidInput(f"there is no figure {unknown[0]!r}.", remedy=f"Choose from {', '.join(FIGURES)}.")
+    wanted = _known(names)
     if points is not None:
         points = whole("points", points, 8)
 
-    from ...app.report import make_folder
-    from .. import save_figure
+    from ...base.files import make_folder
+    from .. import picture_file, save_figure
 
     folder = make_folder(out)
+    for end in formats:
+        picture_file(folder / f"figure.{end}")
     files = []
     with progress("figure", len(wanted)) as step:
         for name in wanted:
@@ -119,6 +119,18 @@ def make(
             files += [save_figure(figure, folder / f"{_stem(name)}.{end}", dpi=dpi) for end in formats]
             step()
     return files
+
+
+def stems(names: Sequence[str | int] = ()) -> list[str]:
+    """Return the names of the files that `make` writes, without their endings."""
+    return [_stem(name) for name in _known(names)]
+
+
+def _known(names: Sequence[str | int]) -> list[str]:
+    wanted = [str(name) for name in names] or list(FIGURES)
+    if unknown := [name for name in wanted if name not in FIGURES]:
+        raise InvalidInput(f"there is no figure {unknown[0]!r}.", remedy=f"Choose from {', '.join(FIGURES)}.")
+    return wanted
 
 
 def _stem(name: str) -> str:

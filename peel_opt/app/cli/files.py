@@ -1,0 +1,139 @@
+"""The files of a command under ``--out``: whose they are, and which of them it wrote.
+
+A folder keeps in ``written.json`` which command each of its files is from, and a fingerprint of
+the rod and the question behind it.  The same question replaces its own files; those of another,
+or of nobody known, stay unless ``--force`` is given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from ...base.errors import InvalidInput
+
+#: Where a folder keeps what its files are.
+RECORD = "written.json"
+
+
+def out_files(arguments: argparse.Namespace) -> Files | None:
+    """Make the folder of --out, before any work is done; None without."""
+    if arguments.out is None:
+        return None
+    from ...base.files import make_folder
+
+    return Files(make_folder(arguments.out), arguments.line, force=arguments.force)
+
+
+def named(stem: str, arguments: argparse.Namespace) -> str:
+    """Return the name of a file, with that of the card whose rod it is about."""
+    if arguments.card is None:
+        return stem
+    from ..report import slug
+
+    return f"{stem}-{slug(Path(arguments.card).stem)}"
+
+
+class Files:
+    """Files that one command is about to write.
+
+    Parameters
+    ----------
+    folder : Path
+        It exists.
+    line : str
+        The command as it was typed.
+    force : bool
+        Whether files of other questions may be replaced.
+    """
+
+    def __init__(self, folder: Path, line: str, *, force: bool = False) -> None:
+        self.folder = folder
+        self._line = line
+        self._force = force
+        self._before: dict[str, tuple[int, int] | None] = {}
+
+    def claim(self, asked: object, *names: str) -> None:
+        """Take names for what is asked, before any work is done.
+
+        Parameters
+        ----------
+        asked : object
+            What makes the question: plain data, arrays, rods, tables of cards.
+        *names : str
+
+        Raises
+        ------
+        InvalidInput
+            If one of the files is there and is that of another rod or question.
+        """
+        record = self._record()
+        mark = fingerprint(asked)
+        for name in names:
+            owner = record.get(name, {})
+            if self._stamp(name) is not None and owner.get("asked") != mark and not self._force:
+                whose = (
+                    f"is of another rod or question ({owner['command']})"
+                    if owner
+                    else "is not of this command"
+                )
+                raise InvalidInput(
+                    f"{str(self.folder / name)!r} {whose}.",
+                    remedy="Name another folder, or replace it by --force.",
+                )
+        self._before |= {name: self._stamp(name) for name in names}
+        record |= {name: {"command": self._line, "asked": mark} for name in names}
+        from ...base.files import atomic_write
+
+        text = json.dumps(dict(sorted(record.items())), indent=1) + "\n"
+        atomic_write(self.folder / RECORD, lambda file: file.write(text.encode()))
+
+    def claim_kinds(self, asked: object, stem: str, kinds: str, *, pictures: bool = True) -> str:
+        """Claim the files of one name that end in each of ``kinds``, and in ".png"; return the name."""
+        self.claim(asked, *(f"{stem}.{kind}" for kind in (*kinds.split(), *(["png"] if pictures else []))))
+        return stem
+
+    def said(self) -> str:
+        """Return in one line which of the files were written."""
+        names = [name for name, before in self._before.items() if self._stamp(name) not in (None, before)]
+        return f"wrote to {self.folder}: {', '.join(names) or 'nothing'}"
+
+    def _stamp(self, name: str) -> tuple[int, int] | None:
+        """Return what changes when a file is replaced; None where there is none."""
+        path = self.folder / name
+        if not path.exists():
+            return None
+        status = path.stat()
+        return status.st_ino, status.st_mtime_ns
+
+    def _record(self) -> dict[str, dict[str, str]]:
+        try:
+            record = json.loads((self.folder / RECORD).read_bytes())
+            return {
+                name: {key: str(entry[key]) for key in ("command", "asked")} for name, entry in record.items()
+            }
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            raise InvalidInput(
+                f"{str(self.folder / RECORD)!r} is not the record of what was written here.",
+                remedy="Name another folder.",
+            ) from error
+
+
+def fingerprint(asked: object) -> str:
+    """Return a short text that is the same for the same plain data, arrays, rods and tables."""
+    from dataclasses import asdict, is_dataclass
+
+    def plain(item: Any) -> Any:
+        if is_dataclass(item) and not isinstance(item, type):
+            return asdict(item)
+        if hasattr(item, "model_dump"):
+            return item.model_dump()
+        return item.tolist() if hasattr(item, "tolist") else repr(item)
+
+    text = json.dumps(asked, default=plain, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
