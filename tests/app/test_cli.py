@@ -172,15 +172,13 @@ FAST = ["--no-plot", "--points", "8"]
         (["hysteresis", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "hysteresis-beta0-4-delay", "npz csv"),
         (["trace", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "branch-beta0-4", "npz csv"),
         (
-            ["uncertainty", *ROD[:4], "--y0", "0.7 mm +- 1 %", "--pressure", "90 kPa", "--samples", "2"]
-            + ["--no-indices", "--workers", "1", "--no-plot"],
+            ["uncertainty", *ROD[:4], "--y0", "0.7 mm +- 1 %", "--pressure", "90 kPa", "--samples", "2", "--no-indices", "--workers", "1", "--no-plot"],
             ["--pressure", "91 kPa"],
             "samples",
             "csv",
         ),
         (
-            ["tradeoff", "--beta0", "4", "--lam", "1", "--methods", "series", "--repeats", "1"]
-            + ["--tols", "1e-3", "--no-plot"],
+            ["tradeoff", "--beta0", "4", "--lam", "1", "--methods", "series", "--repeats", "1", "--tols", "1e-3", "--no-plot"],
             ["--lam", "2"],
             "tradeoff",
             "npz csv",

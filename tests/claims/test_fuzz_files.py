@@ -1,7 +1,7 @@
 """Damaged, foreign and hostile files: read right, or refused in one line, and never run.
 
-The tests of the rooms have the damage one would think of; here it is drawn at random, inside the archives too, where no
-checksum stands in the way.
+The tests of the rooms have the damage one would think of; here it is drawn at random, inside
+the archives too, where no checksum stands in the way.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Who computes the chunks of a sweep: this process, a pool of its own, or any executor.
 
-CasADi and MUMPS are not thread-safe, so the pool is one of processes (`sweep_process`), each
+CasADi and MUMPS are not thread-safe, so the pool is one of processes (`process`), each
 served by a thread that waits for it.
 """
 
