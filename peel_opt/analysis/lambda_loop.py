@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ..base.drawing import draw
 from ..base.quadrature import Grid
 from ..equilibria.branch import Branch
 from .potential import EffectivePotential
@@ -111,9 +112,7 @@ class HysteresisLoop:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the loop in the (lambda, alpha1) plane; return the axes."""
-        from ..plots.potential import plot_loop
-
-        return plot_loop(self, ax)
+        return draw(self, ax)
 
     def __repr__(self) -> str:
         lines = [f"HysteresisLoop at beta0 = {self.beta0:.6g}, {self.convention} convention, {self.source}"]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from ..base.drawing import draw
 from ..base.errors import NoEquilibrium
 from ..base.quadrature import Grid
 from ..continuation.primary import primary_branch
@@ -142,9 +143,7 @@ class PressureLoop:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the loop in the (pressure, length) plane; return the axes."""
-        from ..plots.potential import plot_pressure_loop
-
-        return plot_pressure_loop(self, ax)
+        return draw(self, ax)
 
     def __repr__(self) -> str:
         T0, eta = self.rod.adhesion_strength, self.rod.eta

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arrays import read_only
+from ..base.drawing import draw
 from ..base.errors import InvalidInput
 from ..model.equations import PI4
 from ..model.rod import Rod
@@ -198,9 +199,7 @@ class Branch:
 
     def plot(self, ax: Axes | None = None, x: str | None = None, y: str | None = None) -> Axes:
         """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod; return the axes."""
-        from ..plots import plot_branch
-
-        return plot_branch(self.with_stability(), ax, x, y)
+        return draw(self, ax, x=x, y=y)
 
     def with_stability(self) -> Branch:
         """Return the branch with ``index`` computed, where it carries its solutions."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.drawing import draw
 from ..model.rod import Rod
 from ..residual.shape import Shape, Solution
 
@@ -214,9 +215,7 @@ class Equilibrium:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw rod, plate, y0, pressure and adhesion as in Fig 3; return the axes."""
-        from ..plots import plot_equilibrium
-
-        return plot_equilibrium(self, ax)
+        return draw(self, ax)
 
     def summary(self) -> dict[str, Any]:
         """All numbers of the answer as a flat dictionary, lengths and pressures with units."""

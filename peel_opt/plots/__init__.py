@@ -5,8 +5,17 @@ a figure of their own that works without a display, and return the axes.
 """
 
 from .diagram import plot_branch
+from .dispatch import draw
 from .files import picture_file, save_figure
 from .flaws import plot_flaw_chart
 from .rod import plot_equilibrium, plot_family
 
-__all__ = ["picture_file", "plot_branch", "plot_equilibrium", "plot_family", "plot_flaw_chart", "save_figure"]
+__all__ = [
+    "draw",
+    "picture_file",
+    "plot_branch",
+    "plot_equilibrium",
+    "plot_family",
+    "plot_flaw_chart",
+    "save_figure",
+]

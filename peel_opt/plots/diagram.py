@@ -15,6 +15,7 @@ from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
 from . import style
+from .dispatch import draw
 from .frame import add_legend
 from .words import AxisUnit, length_unit, pressure_unit
 
@@ -68,6 +69,14 @@ DASHES = (0, (4.0, 1.8))
 _LETTER_GAP = 8.0  # points
 #: How far along the curve its bend is looked at, in sizes of the picture.
 _LOOK = 0.04
+
+
+@draw.register
+def _draw_branch(
+    branch: Branch, ax: Axes | None = None, x: str | None = None, y: str | None = None, *, legend: bool = True
+) -> Axes:
+    """Draw a branch as `plot_branch` does, its stability computed."""
+    return plot_branch(branch.with_stability(), ax, x, y, legend=legend)
 
 
 def plot_branch(

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..model.rod import UNITS
+from ..studies.calibrate.result import Calibration
+from .dispatch import draw
 from .style import PRESSURE, ROD, SMALL
 from .words import length_unit, pressure_unit, quantity
-
-if TYPE_CHECKING:
-    from ..studies.calibrate.result import Calibration
 
 #: Half width of the band, in standard deviations.
 BAND = 1.96
@@ -34,6 +31,7 @@ def fit_figure(fit: Calibration) -> Figure:
     return figure
 
 
+@draw.register
 def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
     """Draw measured pressures against lengths and the fitted branch through them.
 

@@ -14,6 +14,7 @@ from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.potential import EffectivePotential
 from ..analysis.pressure_loop import PressureLoop
 from . import style
+from .dispatch import draw
 
 #: Lines of neighbouring curves, which differ in grey too.
 LINES: tuple[Any, ...] = ("-", (0, (6.0, 1.5)), (0, (4.0, 1.2, 1.0, 1.2)), (0, (1.4, 1.0)))
@@ -77,6 +78,7 @@ def plot_potential(
     return ax
 
 
+@draw.register
 def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     """Draw a loop in the (lambda, alpha1) plane: both sweeps, and the jumps as arrows.
 
@@ -110,6 +112,7 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@draw.register
 def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     """Draw the loop of a rod in the (pressure, length) plane, with the unfolded states between.
 

@@ -12,11 +12,13 @@ from matplotlib.patheffects import withStroke
 from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
 from . import style
+from .dispatch import draw
 from .forces import Arrows, Forces, forces_on
 from .frame import Scene, add_legend, dress, own_axes, stage
 from .words import AxisUnit, length_unit, load, title, warnings_of
 
 
+@draw.register
 def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw a rod in its true shape with the plate, the range of the adhesion and the forces.
 

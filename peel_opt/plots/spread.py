@@ -13,6 +13,7 @@ from ..base.errors import InvalidInput
 from ..model.rod import Rod
 from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated
 from . import style
+from .dispatch import draw
 from .words import AxisUnit, length_unit, pressure_unit
 
 SYMBOLS = {
@@ -26,6 +27,7 @@ SYMBOLS = {
 POINTS, BEYOND = 400, 0.06
 
 
+@draw.register
 def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     """Draw histogram and density of the samples, the linear estimate over them, and quantiles.
 

@@ -11,6 +11,7 @@ from ..model.rod import Rod
 from ..studies.sweep.table import Sweep
 from . import style
 from .diagram import LABELS
+from .dispatch import draw
 from .words import AxisUnit, length_unit, pressure_unit
 
 #: Up to so many values of one axis are drawn as curves, more as level lines.
@@ -31,6 +32,7 @@ _SYMBOLS = LABELS | {
 _SI = Rod(2.0, 2.0, 2.0)  # any rod with units
 
 
+@draw.register
 def plot_sweep(sweep: Sweep, ax: Axes | None = None, *, column: str | None = None) -> Axes:
     """Draw a column of a sweep with one or two axes.
 

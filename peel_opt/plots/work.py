@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..studies.tradeoff.run import WorkPrecision
 from . import style
+from .dispatch import draw
 from .words import ANSWERS
-
-if TYPE_CHECKING:
-    from ..studies.tradeoff.run import WorkPrecision
 
 #: Colour and marker of each method, in every picture that tells them apart.
 METHOD_STYLES = {
@@ -31,6 +29,7 @@ _OTHERS = (("#56B4E9", "X"), ("#E69F00", "*"), ("#F0E442", "p"))
 _LEAST = 1e-16
 
 
+@draw.register
 def plot_work(table: WorkPrecision, ax: Axes | None = None) -> Axes:
     """Draw true error against milliseconds, both logarithmic; return the axes.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...equilibria.result import Equilibrium
 from ...model.rod import UNITS, Rod
@@ -206,9 +207,7 @@ class Calibration:
 
     def plot(self, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
         """Draw measurements, the fitted branch with its band, and residuals; return the axes."""
-        from ...plots.fit import plot_fit
-
-        return plot_fit(self, ax, residuals)
+        return draw(self, ax, residuals=residuals)
 
     def summary(self) -> dict[str, Any]:
         """All numbers as plain data, with units in the keys."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...equilibria.storage import Units
 from ...model.rod import Rod
@@ -176,9 +177,7 @@ class Sweep:
 
     def plot(self, ax: Axes | None = None, *, column: str | None = None) -> Axes:
         """Draw the answered number, or another column, over one or two axes; return the axes."""
-        from ...plots.sweeps import plot_sweep
-
-        return plot_sweep(self, ax, column=column)
+        return draw(self, ax, column=column)
 
     def summary(self) -> str:
         """Return how many points have an answer, and why the others have none."""

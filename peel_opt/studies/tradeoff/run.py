@@ -16,6 +16,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...base.checks import listed, positive, whole
+from ...base.drawing import draw
 from ...base.errors import InvalidInput, NotConverged, PeelOptError
 from ...base.progress import Progress
 from ...base.progress import progress as progressing
@@ -122,9 +123,7 @@ class WorkPrecision:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw true error against milliseconds, both logarithmic; return the axes."""
-        from ...plots.work import plot_work
-
-        return plot_work(self, ax)
+        return draw(self, ax)
 
     def __repr__(self) -> str:
         width = max(6, *(len(method) for method in self.methods))

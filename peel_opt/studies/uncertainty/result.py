@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...base.files import write_csv
 from ...base.units import display
@@ -253,9 +254,7 @@ class Uncertainty:
 
     def plot(self, ax: Axes | None = None, *, of: str | None = None) -> Axes:
         """Draw the samples of one number, and the normal distribution of the linear estimate."""
-        from ...plots.spread import plot_spread
-
-        return plot_spread(self[of or next(iter(self.quantities))], ax)
+        return draw(self[of or next(iter(self.quantities))], ax)
 
     def __repr__(self) -> str:
         lines = [
