@@ -88,8 +88,8 @@ COMMANDS: dict[str, dict[str, Option]] = {
         "--length-ratio": SHARES,
     }
     | {
-        "--beta0": of("2,4", "4", bad="-1,1|nan,1"),
-        "--lam": of("0:1:3", "1", "1,3", bad="nan:1:2"),
+        "--beta0": of("2, 4", "4", bad="-1, 1|nan,1|2,4"),
+        "--lam": of("0:1:3", "1", "1, 3", bad="nan:1:2"),
         "--beta1": BETA1,
     }
     | {"--ratio": RATIOS, "--zip": FLAG, "--resume": FLAG, "--netcdf": FLAG, "--workers": WORKERS}

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import os
 import pkgutil
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -19,12 +22,24 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
 
 
-def test_python_blocks_run_in_order(capsys: pytest.CaptureFixture[str]) -> None:
-    namespace: dict[str, object] = {}
-    for language, code in BLOCKS:
-        if language == "python":
-            exec(compile(code, "README.md", "exec"), namespace)
-    printed = capsys.readouterr().out
+def run_as_script(text: str, folder: Path) -> str:
+    """Run the Python of a page as a reader would, below each other in a file, and return what it prints."""
+    blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    (script := folder / "script.py").write_text("\n".join(blocks), encoding="utf-8")
+    run = subprocess.run(
+        [sys.executable, "-W", "error", str(script)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.stderr, run.returncode) == ("", 0)
+    return run.stdout
+
+
+def test_python_blocks_run_in_order(tmp_path: Path) -> None:
+    printed = run_as_script(README, tmp_path)
     assert "(lower, cohesive law)" in printed
     assert "nearest that does exist" in printed
 
@@ -63,11 +78,10 @@ def test_docstring_examples(module: str) -> None:
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda p: p.stem)
-def test_pages_of_the_documentation_run(page: Path) -> None:
+def test_pages_of_the_documentation_run(page: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    namespace: dict[str, object] = {}
-    for code in re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL):
-        exec(compile(code, page.name, "exec"), namespace)
+    if "```python" in text:
+        run_as_script(text, tmp_path)
     for target in re.findall(r"\]\((?!http)([^)#]+)\)", text):
         assert (page.parent / target).exists(), target
 

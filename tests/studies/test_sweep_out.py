@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 
 import peel_opt as po
@@ -129,14 +130,62 @@ def test_ranges() -> None:
     assert parse_range("x", "60 kPa", PRESSURE) == 60e3
     assert parse_range("x", "2 y0", LENGTH, own={"y0": 0.5}) == 1.0
     assert parse_range("x", "-1:1:3", NUMBER, signed=True).tolist() == [-1.0, 0.0, 1.0]
+    assert parse_range("x", "0.5,1,2", NUMBER).tolist() == [0.5, 1.0, 2.0]
+    assert parse_range("x", "1, 9 mm", LENGTH) == pytest.approx([1e-3, 9e-3])
+    assert parse_range("x", "60 kPa,70 kPa", PRESSURE).tolist() == [60e3, 70e3]
+    assert parse_range("x", "1,2.5", NUMBER).tolist() == [1.0, 2.5]
     for text in ("1:2", "1:2:3:4", "1:2:1", "1:2:x", "0:2:3:log", "1:2:3", "a:b:c", "", "1 kg:2 kg:3"):
         with pytest.raises(po.InvalidInput, match=r"^--p"):
             parse_range("--p", text, PRESSURE, signed=True)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1,9 mm", r"1\.9 mm, or 1 mm and 9 mm\. .*'1, 9 mm'"),
+        ("1,900 mm", r"1\.900 mm, or 1 mm and 900 mm"),
+        ("1,900.5 mm", r"one number or two"),
+        ("0,5e3um", r"0\.5e3um, or 0um and 5e3um"),
+        ("1,9 mm,2,1 mm", r"with and without a unit.*decimal point"),
+        ("1,9:3,0 mm:5", r"--p"),
+    ],
+)
+def test_a_decimal_comma_is_no_list(text: str, words: str) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        parse_range("--p", text, LENGTH)
+
+
+def test_files_are_named_after_the_card(tmp_path: Path) -> None:
+    problems = Path(__file__).parents[2] / "problems"
+    for card in ("aortic_flap", "foil_tape"):
+        asked = ["sweep", "--card", str(problems / f"{card}.toml"), "--pressure", "0.6 T0, 0.8 T0"]
+        assert main([*asked, "--out", str(tmp_path), "--workers", "1"]) == 0
+    ends = (".csv", ".npz", ".png", ".journal")
+    expected = {f"sweep-{card}{end}" for card in ("aortic_flap", "foil_tape") for end in ends}
+    assert {path.name for path in tmp_path.iterdir()} == expected
+
+
+def test_quantities_keep_their_unit() -> None:
+    units = pint.UnitRegistry()
+    for lengths in ([1.9, 2.0] * units.mm, [1.9 * units.mm, 2000.0 * units.um]):
+        assert po.sweep({"length": lengths}, rod=ROD)["length"] == pytest.approx([1.9e-3, 2e-3], rel=1e-15)
+    strengths = po.sweep({"adhesion_strength": [0.13, 0.15] * units.MPa, "length": 1.9 * units.mm}, rod=ROD)
+    assert strengths["adhesion_strength"].tolist() == [130e3, 150e3]
+    assert strengths["length"] == pytest.approx(1.9e-3, rel=1e-15)
+    plain = po.sweep({"ratio": 1.0, "pressure_ratio": [60.0, 80.0] * units.percent})
+    assert plain["pressure_ratio"] == pytest.approx([0.6, 0.8], rel=1e-15)
+    for axes, rod in (
+        ({"length": [60.0] * units.kPa}, ROD),
+        ({"length": [3.0] * units.mm}, po.Rod.from_ratio(1.0)),
+        ({"ratio": [1.0] * units.mm, "pressure_ratio": 0.8}, None),
+    ):
+        with pytest.raises(po.InvalidInput, match="cannot be taken in"):
+            po.sweep(axes, rod=rod)
+
+
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
-    command = ["sweep", "--ratio", "1,2", "--pressure-ratio", "0.6:0.8:3", "--out", str(out)]
+    command = ["sweep", "--ratio", "1, 2", "--pressure-ratio", "0.6:0.8:3", "--out", str(out)]
     assert main([*command, "--netcdf"]) == 0
     printed = capsys.readouterr()
     assert "6 of 6 points certified" in printed.out
@@ -157,7 +206,7 @@ def test_a_missing_extra_is_said_before_the_sweep(
 ) -> None:
     monkeypatch.setitem(sys.modules, "h5netcdf", None)
     out = tmp_path / "out"
-    command = ["sweep", "--ratio", "1,2", "--pressure-ratio", "0.8", "--out", str(out), "--netcdf"]
+    command = ["sweep", "--ratio", "1, 2", "--pressure-ratio", "0.8", "--out", str(out), "--netcdf"]
     assert main(command) == 1
     assert "pip install 'peel_opt[xarray]'" in capsys.readouterr().err
     assert not out.exists()
@@ -170,5 +219,5 @@ def test_command_line_without_a_folder_prints_csv(capsys: pytest.CaptureFixture[
     assert "length [m]" in printed.out
     assert "1 no-equilibrium" in printed.err
     assert main(["sweep", "--card", card, "--T0", "0.1 T0,0.7 T0", "--pressure", "1 kPa"]) == 2
-    assert main(["sweep", "--ratio", "1,2"]) == 2
-    assert main(["sweep", "--ratio", "1,2", "--pressure-ratio", "0.5", "--resume"]) == 2
+    assert main(["sweep", "--ratio", "1, 2"]) == 2
+    assert main(["sweep", "--ratio", "1, 2", "--pressure-ratio", "0.5", "--resume"]) == 2

@@ -322,3 +322,11 @@ def test_where_auto_is_missing_a_line_says_so(monkeypatch) -> None:
     (line,) = auto_peer.figures()
     assert line.met
     assert "skipped: bifpy is not installed" in str(line)
+
+
+def test_a_problem_that_is_called_otherwise_is_refused() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    with pytest.raises(po.InvalidInput, match=r"called with method and tol.*partial\("):
+        tradeoff(lambda: po.length_given_pressure(rod, 0.8))
+    with pytest.raises(po.InvalidInput, match="returns an Equilibrium, got 3"):
+        tradeoff(lambda method, tol: 3)  # type: ignore[arg-type, return-value]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pint
 import pytest
 from scipy import stats
 
@@ -333,6 +334,53 @@ def test_picture_and_table(tmp_path: Path, smooth: po.Uncertainty) -> None:
     assert json.loads(json.dumps(smooth.record()))["results"][0]["sobol"]["bending_stiffness"]["total"] > 0.1
 
 
+def test_the_order_in_which_inputs_are_given_does_not_matter(smooth: po.Uncertainty) -> None:
+    turned = dict(reversed(SPREAD.items()))
+    again = po.uncertainty(ROD, turned, pressure=105e3, samples=64, workers=1, indices=False)
+    assert list(again.inputs) == list(SPREAD)
+    assert (again["length"].values == smooth["length"].values).all()
+
+
+@pytest.mark.parametrize("text", ["5 %", "+- 5 %", "± 5 %", "+/- 5 %", "7 kPa", "+-7 kPa", "+/-7 kPa"])
+def test_a_spread_may_have_its_sign(text: str) -> None:
+    spread = spread_of("adhesion_strength", text, 140e3)
+    assert (spread.mean, spread.sd) == pytest.approx((140e3, 7e3), rel=1e-12)
+
+
+def test_a_spread_has_no_value_beside_it() -> None:
+    with pytest.raises(po.InvalidInput, match=r"beside a value, '150 kPa \+- 5 %'\. Its value is 140000"):
+        spread_of("adhesion_strength", "150 kPa +- 5 %", 140e3)
+
+
+def test_quantities_are_spreads() -> None:
+    units = pint.UnitRegistry()
+    for given, sd in (
+        (7.0 * units.kPa, 7e3),
+        ((130 * units.kPa, 0.15 * units.MPa), 20e3 / math.sqrt(12.0)),
+        ([130, 150] * units.kPa, 20e3 / math.sqrt(12.0)),
+    ):
+        assert spread_of("adhesion_strength", given, 140e3).sd == pytest.approx(sd, rel=1e-12)
+    for given in (7.0 * units.mm, (130 * units.kPa, 150 * units.mm)):
+        with pytest.raises(po.InvalidInput, match="cannot be taken in 'millimeter'"):
+            spread_of("adhesion_strength", given, 140e3)
+
+
+def test_each_default_limit_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    # Its ratio, 0.13, lies below the least that has a Maxwell point, 0.4996.
+    card = str(Path(__file__).parents[2] / "problems" / "film_dressing.toml")
+    asked = ["uncertainty", "--card", card, "--T0", "20 %", "--samples", "8", "--no-indices"]
+    assert main(asked) == 0
+    printed = capsys.readouterr().out
+    assert "readhesion_pressure: " in printed
+    assert "maxwell_length: none, " in printed
+    assert "Maxwell" in printed.rpartition("none, ")[2]
+    assert main([*asked, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert [found["name"] for found in record["results"]] == ["readhesion_pressure"]
+    assert list(record["missing"]) == ["maxwell_length"]
+    assert main([*asked, "--of", "readhesion_pressure", "maxwell_length"]) == 1
+
+
 def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     card = str(Path(__file__).parents[2] / "problems" / "aortic_flap.toml")
     command = ["uncertainty", "--card", card, "--k", "+- 5 %", "--pressure", "100 kPa +- 1 kPa"]
@@ -367,4 +415,6 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert main(["uncertainty", "--card", card, "--length", "+- 5 %"]) == 2
     assert main(["uncertainty", "--card", card]) == 2
     assert split("1 m ± 2 %") == ("1 m", "2 %")
+    assert split("1 m +/- 2 %") == ("1 m", "2 %")
+    assert split("2 % uniform") == ("", "2 % uniform")
     assert split("1 m .. 2 m") == ("", "1 m .. 2 m")

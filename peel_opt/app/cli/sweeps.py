@@ -32,11 +32,11 @@ MATERIAL = {"k": "bending_stiffness", "T0": "adhesion_strength", "y0": "adhesion
 GIVEN = ("pressure", "length")
 
 RANGES = """\
-A VALUE is one number, a list A,B,C, or a range FROM:TO:COUNT, FROM:TO:COUNT:log:
+A VALUE is one number, a list "A, B, C", or a range FROM:TO:COUNT, FROM:TO:COUNT:log:
   peel-opt sweep --ratio 0.5:10:50:log --pressure-ratio 0.2:0.9:20 --out results/sweep
   peel-opt sweep --card problems/aortic_flap.toml --length "1.5:3 mm:40"
   peel-opt sweep --k "23 uN m" --T0 "100:200 kPa:11" --y0 "0.73 mm" --pressure "60 kPa,70 kPa"
-  peel-opt sweep --beta0 2,4 --lam -0.05:3:50
+  peel-opt sweep --beta0 "2, 4" --lam -0.05:3:50
 An interrupted sweep goes on with the same command and --resume.
 exit codes: 0 all answered, 1 some points have no answer, 2 wrong input, 130 interrupted
 """
@@ -70,7 +70,7 @@ def _add_sweep(command: AddCommand) -> None:
     asked.add_argument("--beta1", metavar="VALUE", help="beta1 itself")
     sub.add_argument("--zip", action="store_true", help="take the lists as columns, not all combinations")
     _work_options(sub)
-    output_options(sub, "sweep.csv, sweep.npz, a picture and the journal")
+    output_options(sub, "sweep.csv, sweep.npz (sweep-CARD.csv ..), a picture and the journal")
     sub.add_argument("--resume", action="store_true", help="go on with the journal under --out")
     sub.add_argument("--netcdf", action="store_true", help="also write sweep.nc under --out")
 
@@ -103,7 +103,7 @@ def _add_uncertainty(command: AddCommand) -> None:
     sub.add_argument("--seed", type=int, default=0, help="of the samples (0)")
     sub.add_argument("--no-indices", action="store_true", help="no Sobol indices: a fraction of the work")
     _work_options(sub)
-    output_options(sub, "samples.csv and a picture of each number")
+    output_options(sub, "samples.csv (samples-CARD.csv) and a picture of each number")
 
 
 def _work_options(sub: argparse.ArgumentParser) -> None:

@@ -280,7 +280,7 @@ def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
     if given.dtype.kind not in "iuf" and given.size:
         raise InvalidInput(
             f"the axis {name!r} must hold numbers, got {reprlib.repr(values)}.",
-            remedy="SI is meant; texts with units are read on the command line, quantities of pint here.",
+            remedy="SI units are meant; texts with units are read on the command line, here those of pint.",
         )
     array = given.astype(np.float64)
     if array.ndim > 1 or not array.size:

@@ -12,7 +12,10 @@ from ...base.errors import InvalidInput
 from ...base.units import Kind, parse
 from .plan import MOST_POINTS
 
-FORM = "Ranges are FROM:TO:COUNT or FROM:TO:COUNT:log, lists A,B,C; with units as in '20 kPa:100 kPa:9'."
+FORM = "Ranges are FROM:TO:COUNT or FROM:TO:COUNT:log, lists A, B, C; with units as in '20 kPa:100 kPa:9'."
+
+#: Two numbers, or one with a decimal comma, or with one between its thousands.
+_ONE_OR_TWO = re.compile(r"\s*([-+]?\d+),(\d+(?:e[-+]?\d+)?|\d{3}\.\d*)(?![\d.,:;])(.*)", re.IGNORECASE)
 
 #: The number at the head of a quantity; what follows is its unit.
 _UNIT = re.compile(r"\s*[-+]?[\d.]+(?:e[-+]?\d+)?\s*(.*)", re.IGNORECASE)
@@ -34,8 +37,22 @@ def parse_range(
     >>> parse_range("--pressure", "20:100 kPa:3", PRESSURE).tolist()
     [20000.0, 60000.0, 100000.0]
     """
+    if match := _ONE_OR_TWO.fullmatch(text):
+        first, second, unit = match.groups()
+        raise InvalidInput(
+            f"{name} may mean one number or two: {first}.{second}{unit}, or {first}{unit} and"
+            f" {second}{unit}.",
+            remedy=f"Numbers have a decimal point; write the list with a space: '{first}, {second}{unit}'.",
+        )
     if ":" not in text:
-        values = parse_together(name, text.split(","), kind, own=own, signed=signed)
+        parts = text.split(",")
+        bare = [not _unit(part) for part in parts[:-1]]
+        if any(bare) and not all(bare):
+            raise InvalidInput(
+                f"{name} has numbers with and without a unit: {text!r}.",
+                remedy="Numbers have a decimal point; the unit stands at the last of a list, or at each.",
+            )
+        values = parse_together(name, parts, kind, own=own, signed=signed)
         return values[0] if len(values) == 1 else np.array(values)
     parts = [part.strip() for part in text.split(":")]
     if len(parts) not in (3, 4) or parts[3:] not in ([], ["log"], ["lin"]):

@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from itertools import product
 from pathlib import Path
 from statistics import median
@@ -199,6 +200,8 @@ def tradeoff(
         if method != PEER:
             as_method(method)
     reference = ask(method=REFERENCE, tol=1e-2)
+    if not isinstance(reference, Equilibrium):
+        raise InvalidInput(f"a problem returns an Equilibrium, got {reference!r:.60}.")
     if not reference.certified:
         raise NotConverged(
             f"there is no reference to compare with: {reference.message or reference!r:.200}",
@@ -220,6 +223,15 @@ _Outcome = tuple[float, dict[str, Any]]
 
 def _question(problem: Callable[..., Equilibrium] | Poses) -> Callable[..., Equilibrium]:
     if callable(problem):
+        try:
+            signature(problem).bind(method="auto", tol=1e-8)
+        except TypeError as error:
+            raise InvalidInput(
+                f"a problem is called with method and tol: {error}.",
+                remedy="For instance functools.partial(length_given_pressure, rod, 60e3).",
+            ) from error
+        except ValueError:
+            pass  # some calls do not say what they take
         return problem
     pose = getattr(problem, "pose", None)
     if pose is None:

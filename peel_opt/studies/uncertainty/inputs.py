@@ -46,8 +46,8 @@ WIDEST = 1e6
 #: A nominal value with less than this share of its distribution on one side is a mistake.
 OUTSIDE = 1e-9
 
-#: What stands between a value and its spread; before a spread alone it may stand too.
-_SIGN = re.compile(r"\s*(?:±|\+/?-)")
+_SIGN = re.compile(r"±|\+/?-")
+_RELATIVE = re.compile(rf"%\s*({'|'.join(SHAPES)})?\s*$")
 _SHAPED = re.compile(rf"(.*?)(?:\s+({'|'.join(SHAPES)}))?", re.DOTALL)
 
 
@@ -157,10 +157,15 @@ def _plain(value: Any) -> Any:
 def split(text: str) -> tuple[str, str]:
     """Cut "23 uN m +- 10 %" into value and spread; either may be empty.
 
-    A range "20 uN m .. 26 uN m" is a spread, whose value is its middle.
+    A range "20 uN m .. 26 uN m" is a spread, whose value is its middle, and so is "10 %".
+
+    Examples
+    --------
+    >>> split("23 uN m ± 10 %"), split("5 % lognormal")
+    (('23 uN m', '10 %'), ('', '5 % lognormal'))
     """
     value, sign, spread = _SIGN.sub("+-", text).partition("+-")
-    if not sign and ".." in value:
+    if not sign and (".." in value or _RELATIVE.search(value)):
         return "", value.strip()
     return value.strip(), spread.strip()
 
@@ -176,7 +181,12 @@ def _ends(name: str, text: str, kind: Kind) -> list[float]:
 
 
 def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, str]:
-    match = _SHAPED.fullmatch(_SIGN.sub("", text, count=1).strip() if _SIGN.match(text) else text.strip())
+    value, spread = split(text)
+    if value and spread:
+        raise InvalidInput(
+            f"the spread of {name} stands beside a value, {text!r}.", remedy=f"Its value is {nominal:g}."
+        )
+    match = _SHAPED.fullmatch(value or spread)
     assert match is not None
     amount, shape = match.group(1).strip(), match.group(2) or "normal"
     if ".." in amount:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -220,17 +220,21 @@ class Uncertainty:
     quantities : dict of Propagated
     samples : dict of ndarray
         The sampled inputs [SI]; those that are certain are left out.
+    missing : dict of str
+        Why the nominal rod has no such number, for those that are given by default.
     """
 
     inputs: dict[str, Spread]
     quantities: dict[str, Propagated]
     samples: dict[str, np.ndarray]
+    missing: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Propagated:
         try:
             return self.quantities[name]
         except KeyError:
-            raise InvalidInput(f"no {name!r} here, only {', '.join(self.quantities)}.") from None
+            reason = self.missing.get(name, f"only {', '.join(self.quantities)}.")
+            raise InvalidInput(f"no {name!r} here: {reason}") from None
 
     def record(self) -> dict[str, Any]:
         """Return inputs and results as plain data."""
@@ -244,7 +248,8 @@ class Uncertainty:
             }
             for name, s in self.inputs.items()
         }
-        return {"inputs": inputs, "results": [found.record() for found in self.quantities.values()]}
+        results = [found.record() for found in self.quantities.values()]
+        return {"inputs": inputs, "results": results, "missing": self.missing}
 
     def to_csv(self, path: str | Path) -> Path:
         """Write one line a sample: the inputs and the numbers, in SI units or those of the rod."""
@@ -262,7 +267,8 @@ class Uncertainty:
             f" ({percent(s.sd / abs(s.nominal))} of the nominal value)"
             for s in self.inputs.values()
         ]
-        return "\n".join([*lines, *(str(found) for found in self.quantities.values())])
+        lines += (str(found) for found in self.quantities.values())
+        return "\n".join([*lines, *(f"{name}: none, {reason}" for name, reason in self.missing.items())])
 
 
 def with_unit(value: float, unit: str) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...analysis.sensitivities import Sensitivities, sensitivities
-from ...base.errors import AtFold, InvalidInput
+from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.methods import Method
@@ -57,13 +57,13 @@ def uncertainty(
     spread : mapping
         By input, ``bending_stiffness``, ``adhesion_strength``, ``adhesion_range`` and
         ``pressure`` or ``length``: a standard deviation [SI], a pair (from, to), a text such as
-        "10 %", "2 uN m", "10 % lognormal", or a frozen distribution of ``scipy.stats``.  Inputs
-        are independent of each other; those not named are certain.
+        "10 %", "+- 2 uN m", "10 % lognormal", or a frozen distribution of ``scipy.stats``.
+        Inputs are independent of each other; those not named are certain.
     pressure, length : float, optional
         What is given [Pa, m], for the other of the two.
     of : str or sequence of str, optional
         "pressure" or "length", whichever is not given; "readhesion_pressure"; "maxwell_length".
-        By default the first, or without a given number the last two.
+        By default the first, or without a given number those of the last two that the rod has.
     samples : int
         A power of 2.  The distributions are those of twice as many samples.
     seed : int
@@ -85,7 +85,7 @@ def uncertainty(
     InvalidInput
         If the inputs are not inputs, or have no such spread.
     PeelOptError
-        If the nominal question has no answer.
+        If the nominal question has no answer; of the default limits, if neither has one.
 
     Notes
     -----
@@ -115,22 +115,36 @@ def uncertainty(
         raise InvalidInput(
             f"{strange[0]!r} is no input of the question.", remedy=f"Inputs are {', '.join(nominal)}."
         )
-    inputs = {name: spread_of(name, value, nominal[name], Units.of(rod)) for name, value in spread.items()}
+    # In the order of the inputs, whatever that of the mapping: the samples depend on it.
+    units = Units.of(rod)
+    inputs = {
+        name: spread_of(name, spread[name], value, units) for name, value in nominal.items() if name in spread
+    }
     for name in wanted:
         if name in LIMITS and not inputs.keys() & set(MATERIAL):
             raise InvalidInput(f"{name} depends on nothing that is uncertain.")
     drawn = Sample.drawn(list(inputs.values()), samples, seed, indices and len(inputs) > 1)
-    centres = {name: _nominal(rod, given, name, options) for name in wanted}
+    centres: dict[str, tuple[float, Sensitivities | None]] = {}
+    missing: dict[str, PeelOptError] = {}
+    for name in wanted:
+        try:
+            centres[name] = _nominal(rod, given, name, options)
+        except PeelOptError as error:
+            if of is not None or name not in LIMITS:
+                raise
+            missing[name] = error  # not asked for by name: the other one stands alone
+    if not centres:
+        raise next(iter(missing.values()))
     running = {"journal": journal, "executor": executor, "workers": workers, "progress": progress}
     quantities = {}
-    for name in wanted:
+    for name, centre in centres.items():
         if name in LIMITS:
             values, status, error = limits_of(name, drawn.points(nominal), tol)
         else:
             values, status, error = _answers(rod, drawn, given, options.keywords() | running)
-        quantities[name] = _propagated(name, rod, centres[name], inputs, drawn, values, status, error)
+        quantities[name] = _propagated(name, rod, centre, inputs, drawn, values, status, error)
     columns = {name: drawn.inputs[: drawn.main, i] for i, name in enumerate(inputs)}
-    return Uncertainty(inputs, quantities, columns)
+    return Uncertainty(inputs, quantities, columns, {name: str(error) for name, error in missing.items()})
 
 
 def _given(pressure: float | None, length: float | None) -> dict[str, float]:
