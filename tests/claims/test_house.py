@@ -171,8 +171,8 @@ def test_reading_a_file_never_runs_code(module: Module) -> None:
     for node in module.nodes(ast.Call):
         called = ast.unparse(node.func)
         assert called not in ("eval", "exec", "compile")
-        # To ask whether something can go to another process is no file.
-        assert not called.startswith("pickle.") or called == "pickle.dumps"
+        # What goes to a worker process and comes back from it is no file.
+        assert not called.startswith("pickle.") or module.name in ("sweep_workers", "sweep_process")
         if called == "np.load":
             given = {k.arg: ast.unparse(k.value) for k in node.keywords}
             assert given.get("allow_pickle") == "False", f"line {node.lineno}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import os
 import signal
@@ -606,6 +607,26 @@ def test_two_sweeps_do_not_share_a_journal(tmp_path: Path) -> None:
 
     with Journal(journal, plan), pytest.raises(po.InvalidInput, match="another process"):
         po.sweep(GRID, journal=journal)
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, MemoryError])
+def test_what_stops_in_the_middle_of_a_point_leaves_no_trace_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: po.Sweep, stop: type[BaseException]
+) -> None:
+    from peel_opt.studies.sweep import answers as sweep_answers
+
+    journal, asked, ask = tmp_path / "journal", itertools.count(1), sweep_answers.ask
+
+    def stopped(*arguments: Any) -> po.Equilibrium:
+        if next(asked) == 20:
+            raise stop
+        return ask(*arguments)
+
+    monkeypatch.setattr(sweep_answers, "ask", stopped)
+    with pytest.raises(stop):
+        po.sweep(GRID, workers=1, journal=journal)
+    assert journal.read_bytes().count(b"\n") == 1 + 2  # the chunks of 7 points before
+    assert same(whole, po.sweep(GRID, workers=1, journal=journal))
 
 
 # --- processes and signals ----------------------------------------------------------------

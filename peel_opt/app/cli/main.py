@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, PeelOptError
-from ...base.progress import progress
 from . import curves as cli_curves
 from . import explore as cli_explore
 from . import measurements as cli_measurements
@@ -109,6 +108,7 @@ def _plain(value: Any) -> Any:
 
 def _run(arguments: argparse.Namespace) -> int:
     """Answer all questions of some cards; a calibration card asks for a fit."""
+    from ...base.progress import progress
     from ..cards import Card, load_any
     from ..report import as_json, as_record, heading, summary_stem, table, write_answer, write_summary
 

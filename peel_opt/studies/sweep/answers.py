@@ -120,6 +120,8 @@ def _answered(task: Task, row: list[float]) -> tuple[list[float], tuple[str, ...
         eq = ask(dict(zip(task.names, row, strict=True)), task.rod, task.options.keywords())
     except PeelOptError as error:
         return _failure(error.status, str(error), math.nan if error.nearest is None else error.nearest)
+    except MemoryError:
+        raise  # the machine's, at this moment: nothing to keep in a journal
     except Exception as error:
         # One point that trips the programme must not cost the others, and is no answer either.
         return _failure(CRASHED, f"{type(error).__name__}: {error}")

@@ -129,10 +129,10 @@ def uncertainty(
     for name in wanted:
         try:
             centres[name] = _nominal(rod, given, name, options)
-        except PeelOptError as error:
+        except PeelOptError as failure:
             if of is not None or name not in LIMITS:
                 raise
-            missing[name] = error  # not asked for by name: the other one stands alone
+            missing[name] = failure  # not asked for by name: the other one stands alone
     if not centres:
         raise next(iter(missing.values()))
     running = {"journal": journal, "executor": executor, "workers": workers, "progress": progress}
@@ -144,7 +144,7 @@ def uncertainty(
             values, status, error = _answers(rod, drawn, given, options.keywords() | running)
         quantities[name] = _propagated(name, rod, centre, inputs, drawn, values, status, error)
     columns = {name: drawn.inputs[: drawn.main, i] for i, name in enumerate(inputs)}
-    return Uncertainty(inputs, quantities, columns, {name: str(error) for name, error in missing.items()})
+    return Uncertainty(inputs, quantities, columns, {name: str(reason) for name, reason in missing.items()})
 
 
 def _given(pressure: float | None, length: float | None) -> dict[str, float]:
