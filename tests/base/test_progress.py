@@ -91,3 +91,6 @@ def test_a_command_without_stderr_answers_and_keeps_its_errors_out_of_the_result
     run = subprocess.run(command, shell=True, cwd=root, stdout=subprocess.PIPE, check=False)
     assert json.loads(run.stdout)["summary"] == "2 of 4 points certified, 2 no-equilibrium"
     assert run.returncode == 1
+    wrong = f"{sys.executable} -m peel_opt sweep --nothing --json 2>&-"
+    run = subprocess.run(wrong, shell=True, cwd=root, stdout=subprocess.PIPE, check=False)
+    assert (run.stdout, run.returncode) == (b"", 2)

@@ -134,9 +134,8 @@ def say_written(files: Files | None, arguments: argparse.Namespace) -> None:
 
 
 def complain(text: object) -> None:
-    """Say on stderr, in one line, what went wrong; to nobody where there is no stderr."""
-    if sys.stderr is not None:  # or else print would take stdout
-        print(f"peel-opt: {' '.join(str(text).split())}", file=sys.stderr)
+    """Say on stderr, in one line, what went wrong."""
+    print(f"peel-opt: {' '.join(str(text).split())}", file=sys.stderr)
 
 
 def tolerance(text: str) -> float:

@@ -6,10 +6,12 @@ Only the standard library is imported here, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shlex
 import sys
 from collections.abc import Sequence
+from contextlib import redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from ... import __version__
@@ -65,6 +67,9 @@ _JOINED = re.compile(r"(--[a-zA-Z][\w-]*)=([-+]?(?:\.?\d|inf|nan).*)", re.IGNORE
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code."""
+    if sys.stderr is None:  # it is closed: print and argparse would take stdout instead
+        with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stderr(nowhere):
+            return main(argv)
     # A terminal that lacks a letter of a title shows its code instead of failing.
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):

@@ -137,8 +137,11 @@ class Crew:
             sent = pickle.dumps(options)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise cannot_be_sent(f"{error}".rstrip(".")) from error
+        try:
+            self._words = TemporaryFile()  # noqa: SIM115 - closed by `end`
+        except OSError as error:
+            raise WorkersLost(f"workers need a temporary file: {error.strerror}.") from error
         self.size = size
-        self._words = TemporaryFile()  # noqa: SIM115 - closed by `end`
         self._workers: list[Worker] = []
         self._idle: list[Worker] = []
         self._lost = False
