@@ -6,7 +6,7 @@ from .analysis.energies import energies as energies
 from .analysis.flaws import critical_flaw as critical_flaw
 from .analysis.flaws import readhesion_pressure as readhesion_pressure
 from .analysis.flaws import safe_pressure as safe_pressure
-from .analysis.loops import hysteresis as hysteresis
+from .analysis.hysteresis import hysteresis as hysteresis
 from .analysis.maxwell import maxwell_curve as maxwell_curve
 from .analysis.normal_form import NormalForm as NormalForm
 from .analysis.reduction import lyapunov_schmidt as lyapunov_schmidt
