@@ -7,13 +7,19 @@ theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integratio
 
 and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
 motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
-rod, so K is not symmetric.  With inertia replaced by viscous drag the same mu are rates of
+rod, so K is not symmetric.  Where the traction of the law jumps by [tau] at a height y_k, that
+height moves along the rod by delta y / |y'|, and with it the bond that has already let go:
+
+    delta f = -T0 tau'(y) delta y - T0 [tau] delta(xi - xi_k) delta y / |y'(xi_k)|,
+
+a spring at the point xi_k, negative for a traction that drops.  With inertia replaced by viscous drag the same mu are rates of
 decay.  Counts of eigenvalues depend on the inertia assumed; the sign of det K does not.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -25,9 +31,9 @@ from ..base.threads import one_thread
 from ..equilibria.assembly import discretised, law_of
 from ..equilibria.branch import Branch
 from ..equilibria.result import Equilibrium
-from ..model.bond import CohesiveLaw, Piece
+from ..model.bond import SUM_TOLERANCE, CohesiveLaw, Piece
 from ..model.equations import Scalars
-from ..residual.discretisation import Discretisation
+from ..residual.discretisation import Discretisation, shared_kink
 from ..residual.shape import Solution
 from ..residual.spectral import gauss, integration_matrix
 
@@ -151,6 +157,16 @@ class _Motions:
                 for j, piece in enumerate(problem.phases)
             ]
         )
+        switches = problem.sampler(np.ones(1))(x).full()[:-1, 0] * self.scalars.A
+        self.springs = np.array(
+            [
+                _spring(*pair, self.scalars, t)
+                for pair, t in zip(pairwise(problem.phases), switches, strict=True)
+            ]
+        )
+        # The value of delta y at each switch: integrals over the phases after it.
+        past = np.kron(np.triu(np.ones((count, count)), 1) * lengths, weights)[: count - 1]
+        self.dy_at_switches = -past @ (np.cos(theta)[:, None] * value)
 
     @property
     def mass(self) -> np.ndarray:
@@ -170,6 +186,7 @@ class _Motions:
             - self.value.T @ (w * self.force[:, None] * self.value)
             - self.dx.T @ (w * load_x)
             - self.dy.T @ (w * load_y)
+            - self.dy_at_switches.T @ (self.springs[:, None] * self.dy_at_switches)
         )
 
     def eigenvalues(self, *, fixed_volume: bool = False) -> np.ndarray:
@@ -201,6 +218,16 @@ def _softening(piece: Piece, scalars: Scalars, y: np.ndarray) -> np.ndarray:
     slope = ca.Function("slope", [u], [ca.jacobian(drop, u) if isinstance(drop, ca.SX) else ca.SX(0)])
     heights = scalars.beta1 / scalars.beta0 * y if scalars.beta0 else y
     return scalars.beta1 * np.array([float(slope(v)) for v in heights])
+
+
+def _spring(before: Piece, after: Piece, scalars: Scalars, theta: float) -> float:
+    """Softening of the jump of traction where one phase ends and the next begins, at angle ``theta``."""
+    kink = shared_kink(before, after)
+    above, below = (before, after) if before.start == kink else (after, before)
+    jump = float(above.drop(kink)) - float(below.drop(kink))
+    if abs(jump) < SUM_TOLERANCE:
+        return 0.0
+    return float(scalars.beta0 * jump / abs(np.sin(theta)))
 
 
 def _to_the_end(nodes: np.ndarray) -> np.ndarray:
