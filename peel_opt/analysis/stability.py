@@ -26,22 +26,27 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eig
 
-from ..base.errors import InvalidInput
+from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
-from ..equilibria.assembly import discretised, law_of
+from ..equilibria.assembly import discretised
 from ..equilibria.branch import Branch
 from ..equilibria.result import Equilibrium
-from ..model.bond import SUM_TOLERANCE, CohesiveLaw, Piece
+from ..model.bond import SUM_TOLERANCE, Piece
 from ..model.equations import Scalars
+from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation, shared_kink
+from ..residual.newton import correct
 from ..residual.shape import Solution
-from ..residual.spectral import gauss, integration_matrix
+from ..residual.spectral import Spectral, gauss, integration_matrix
 
 #: Polynomial degrees per phase of the two solves whose difference is the error.
 DEGREES = (16, 22)
 
 #: Eigenvalues reported, smallest magnitude first.
 REPORTED = 4
+
+#: What states on other meshes are solved again on, and how far a state may be from itself there.
+FINER, SAME = Spectral(32), 0.1
 
 #: Imaginary part, relative to the magnitude, from which a pair counts as complex.
 COMPLEX = 1e-7
@@ -89,13 +94,6 @@ class Stability:
         """Whether nothing grows at fixed pressure, with or without drag; not claimed if marginal."""
         return self.index == 0 and not self.flutter and not self.marginal
 
-    def seen_under(self) -> dict[str, bool]:
-        """Return under which control an experimenter would see the state."""
-        return {
-            "fixed pressure": self.stable,
-            "fixed swept volume": self.volume_index == 0 and not self.flutter,
-        }
-
     def __repr__(self) -> str:
         volume = f"index {self.volume_index} at fixed volume"
         if self.index or self.flutter:
@@ -105,30 +103,74 @@ class Stability:
         return f"Stability({word} at fixed pressure; {volume}; error {self.error:.0e})"
 
 
-def analyse(law: CohesiveLaw, problem: Discretisation, x: np.ndarray) -> Stability:
-    """Return the stability of a discrete solution, from two discretisations of its motions."""
+def analyse(problem: Discretisation, x: np.ndarray, given: Closure | None = None) -> Stability:
+    """Return the stability of a discrete solution.
+
+    The state is solved again on a finer mesh and its motions in a finer basis, so that the
+    difference has the error of both.
+
+    Parameters
+    ----------
+    problem : Discretisation
+    x : ndarray
+    given : Closure, optional
+        What the state was asked at, beside the rod; without it the finer state is that of the
+        same tip angle.
+    """
+    states = (problem, x), _finer(problem, x, given)
     with one_thread(max(DEGREES) * len(problem.phases)):
-        return _analysed(*(_Motions(problem, x, degree) for degree in DEGREES))
+        return _analysed(*(_Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True)))
+
+
+def _finer(
+    problem: Discretisation, x: np.ndarray, given: Closure | None
+) -> tuple[Discretisation, np.ndarray]:
+    """Return the same state on a finer mesh."""
+    s, own = problem.scalars(x), problem.settings
+    if s.m == 0.0:
+        return problem, x  # the system is singular at the contact, where no sign is claimed anyway
+    finer = (own.refined() if isinstance(own, Spectral) else FINER).discretise(problem.phases)
+    rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
+    start = problem.prolonged(x, finer)
+    for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
+        if second is not None:
+            found = correct(finer, start, (rod, second))
+            if found.converged and np.max(np.abs(found.x[-4:] - x[-4:]) / (1.0 + np.abs(x[-4:]))) < SAME:
+                return finer, found.x
+    raise NotConverged(
+        "the state could not be solved again on a finer mesh, to tell the error of its motions.",
+        remedy="Compute it with a finer method or a smaller tol.",
+    )
 
 
 def _analysed(coarse: _Motions, fine: _Motions) -> Stability:
     mu, rough = fine.eigenvalues(), coarse.eigenvalues()
     lowest = mu[:REPORTED]
     error = float(np.max(np.abs(lowest - rough[: len(lowest)]) / (1.0 + np.abs(lowest))))
-    real = np.abs(lowest.imag) <= COMPLEX * np.abs(lowest)
-    constrained = fine.eigenvalues(fixed_volume=True)[:REPORTED]
-    held = np.abs(constrained.imag) <= COMPLEX * np.abs(constrained)
+    # Where a traction drops, a negative eigenvalue may lie beyond those reported.
+    index, seen = _negative(mu, error), _negative(rough, error)
+    real = _is_real(lowest)
     # Where a real eigenvalue vanishes, as at contact, its sign is that of rounding.
-    marginal = bool(np.any(real & (np.abs(lowest.real) <= error * (1.0 + np.abs(lowest)))))
+    vanishes = bool(np.any(real & (np.abs(lowest.real) <= error * (1.0 + np.abs(lowest)))))
+    marginal = vanishes or index != seen
     return Stability(
         eigenvalues=lowest,
         error=error,
-        index=int(np.sum(real & (lowest.real < -error * (1.0 + np.abs(lowest))))),
+        index=index,
         flutter=bool(np.any(~real)),
-        growth=float(-np.min(lowest.real)),
+        growth=float(-np.min(mu.real)),
         determinant_sign=0 if marginal else fine.determinant_sign(),
-        volume_index=int(np.sum(held & (constrained.real < -error * (1.0 + np.abs(constrained))))),
+        volume_index=_negative(fine.eigenvalues(fixed_volume=True), error),
     )
+
+
+def _is_real(mu: np.ndarray) -> np.ndarray:
+    return np.abs(mu.imag) <= COMPLEX * np.abs(mu)
+
+
+def _negative(mu: np.ndarray, error: float) -> int:
+    """Count the real eigenvalues that are negative beyond their error."""
+    return int(np.sum(_is_real(mu) & (mu.real < -error * (1.0 + np.abs(mu)))))
 
 
 class _Motions:
@@ -201,7 +243,8 @@ class _Motions:
             K, M = free.T @ K @ free, free.T @ M @ free
         # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
         above, below = eig(M, K, right=False, homogeneous_eigvals=True)
-        finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
+        with np.errstate(under="ignore"):
+            finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
         mu = below[finite] / above[finite]
         mu = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
         return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]
@@ -284,8 +327,7 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
     1
     """
     if isinstance(state, Branch):
-        problem, x = discretised(state, range(len(state))[i])
-        return analyse(law_of(state), problem, x)
+        return analyse(*discretised(state, range(len(state))[i]))
     if not isinstance(state, Equilibrium):
         raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
     if not isinstance(state.source, Solution):
@@ -293,7 +335,16 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
             "this equilibrium carries no discrete solution to linearise about.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    return analyse(state.source.law, state.source.problem, state.source.x)
+    return analyse(state.source.problem, state.source.x, _given(state))
+
+
+def _given(eq: Equilibrium) -> Closure:
+    """Return the number that an equilibrium was asked at, beside the rod or beta0."""
+    if eq.answered == "alpha1":
+        return Closure("lam", eq.lam)
+    if eq.answered == "length_ratio":
+        return Closure("pressure", eq.pressure_ratio)
+    return Closure("length", eq.length_ratio)
 
 
 #: What the paper reads off its effective potential at a given length: minimum or maximum.

@@ -176,4 +176,4 @@ def _landed(family: Family, low: _State, high: _State, A: float) -> _State | Non
 
 
 def _state(family: Family, point: Point) -> _State:
-    return _State(point, analyse(family.law, point.problem, point.x))
+    return _State(point, analyse(point.problem, point.x))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
+from scipy.interpolate import make_interp_spline
 from scipy.linalg import eig
 
 import peel_opt as po
@@ -68,6 +71,121 @@ def test_a_chain_of_links_has_the_same_eigenvalues(ratio: float, P: float, state
         assert distances[1] < distances[0]
 
 
+#: tau by stretches, as polynomials in u, and the kinks between: whose traction jumps.
+JUMPING = {
+    "falls off": ([[1.0, -0.1], [0.0]], (1.0,)),
+    "with a drop": ([[1.0, -0.5], [0.8, -0.5], [0.0]], (0.4, 1.6)),
+}
+
+
+def jumping(name: str) -> po.CohesiveLaw:
+    """The law of these polynomials."""
+    stretches, kinks = JUMPING[name]
+    return po.CohesiveLaw(
+        [lambda u, c=c: c[0] + (c[1] * u if len(c) > 1 else 0.0 * u) for c in stretches], kinks, name=name
+    )
+
+
+def worked(name: str) -> tuple[Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray]]:
+    """The integral of tau from 0 and its integral, also of complex u."""
+    stretches, kinks = JUMPING[name]
+    edges = (0.0, *kinks)
+    once, twice = [], []
+    for i, coefficients in enumerate(stretches):
+        first = Polynomial(coefficients).integ(lbnd=edges[i])
+        first += once[-1](edges[i]) if once else 0.0
+        second = first.integ(lbnd=edges[i])
+        second += twice[-1](edges[i]) if twice else 0.0
+        once.append(first)
+        twice.append(second)
+
+    def read(pieces: list[Polynomial]) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda u: np.select([u.real <= k for k in kinks], [p(u) for p in pieces[:-1]], pieces[-1](u))
+
+    return read(once), read(twice)
+
+
+def derivatives_of_a_chain(eq: po.Equilibrium, name: str, count: int) -> np.ndarray:
+    """Smallest mu of rigid links, from derivatives of their forces by complex steps.
+
+    The work of the bond is integrated along each link, so that a kink inside one is nothing
+    special, and the forces are what the work changes by: no derivative of tau is formed.
+    """
+    h = 1.0 / count
+    xi = (np.arange(count) + 0.5) * h
+    theta = make_interp_spline(eq.shape.xi, eq.shape.theta)(xi)
+    Phi, Psi = worked(name)
+    scale = eq.beta1 / eq.beta0
+    after = np.triu(np.ones((count + 1, count)))  # from the angles to the start of each link and the edge
+
+    def forces(angles: np.ndarray) -> np.ndarray:
+        """What keeps the links from turning, shape (count, n), for n sets of angles."""
+        sine, cosine = np.sin(angles), np.cos(angles)
+        padded = np.vstack([angles, -angles[-1]])  # the edge is clamped half a link away
+        turn = np.diff(padded, axis=0) / h
+        bending = -turn
+        bending[1:] += turn[:-1]
+        u = -scale * h * after @ sine
+        u1, u2 = u[:-1], u[1:]
+        mean = (Psi(u2) - Psi(u1)) / (u2 - u1)
+        by_ends = np.zeros_like(u)
+        by_ends[:-1] += h * (mean - Phi(u1)) / (u2 - u1)
+        by_ends[1:] += h * (Phi(u2) - mean) / (u2 - u1)
+        # Turning link i by 1 moves everything before it, and the middle of it by half as much.
+        bond = -h * eq.beta0 * cosine * (after.T @ by_ends)
+        reach = np.triu(np.ones((count, count)), 1) + 0.5 * np.eye(count)
+        pressure = -eq.alpha * h * h * (sine * (reach.T @ sine) + cosine * (reach.T @ cosine))
+        return bending + bond - pressure
+
+    tiny = 1e-30
+    K = forces(theta[:, None] + 1j * tiny * np.eye(count)).imag / tiny
+    reach = np.triu(np.ones((count, count)), 1) + 0.5 * np.eye(count)
+    X, Y = h * reach * np.sin(theta), -h * reach * np.cos(theta)
+    mu = 1.0 / eig(h * (X.T @ X + Y.T @ Y), K, right=False)
+    return mu[np.argsort(np.abs(mu))]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "P", "state", "name", "lowest"),
+    [
+        (1.0, 0.4504, None, "falls off", -24.8),
+        (0.5, 0.7177, None, "with a drop", -32.9),
+        (0.5, 0.9067, "folded", "falls off", None),
+    ],
+)
+def test_a_traction_that_jumps_softens_where_it_does(
+    ratio: float, P: float, state: str | None, name: str, lowest: float | None
+) -> None:
+    eq = po.length_given_pressure(po.Rod.from_ratio(ratio), P, state=state, law=jumping(name))
+    found = stability(eq)
+    chains = [derivatives_of_a_chain(eq, name, n)[:2] for n in (60, 120, 240)]
+    distances = [np.abs(mu - found.eigenvalues[:2]).max() for mu in chains]
+    assert distances[2] < 0.01 * abs(found.eigenvalues[1])
+    assert distances[2] < 0.5 * distances[0]
+    if lowest is None:
+        assert found.flutter
+    else:
+        assert found.eigenvalues[0].real == pytest.approx(lowest, abs=0.05)
+        assert found.index == 1
+
+
+def test_the_index_changes_at_the_minimum_pressure_of_a_law_that_jumps() -> None:
+    br = po.trace(po.Rod.from_ratio(0.5), law=jumping("with a drop"), points=24, tol=1e-8)
+    first = po.stability_changes(br)[0]
+    assert (first.before, first.after) == ("index 1", "stable")
+    assert first.pressure_ratio == pytest.approx(br.special("LP-pressure")[0].pressure_ratio, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", [po.Shooting(4, "rk4"), po.Shooting(2), po.Spectral(4), po.Spectral(8)])
+def test_the_error_covers_that_of_the_state(method: po.Shooting | po.Spectral) -> None:
+    rod = po.Rod.from_ratio(1.0)
+    exact = stability(po.length_given_pressure(rod, 0.3, method=po.Spectral(32))).eigenvalues
+    found = stability(po.length_given_pressure(rod, 0.3, method=method, tol=10.0))
+    off = np.abs(found.eigenvalues - exact) / (1.0 + np.abs(exact))
+    assert off.max() <= found.error
+    assert found.error > 1e-8
+
+
 @pytest.mark.parametrize("ratio", [0.1, 0.35, 0.6, 1.0, 3.0, 10.0])
 def test_the_change_is_at_the_fold_in_pressure_not_at_the_fold_in_length(ratio: float) -> None:
     br = po.trace(po.Rod.from_ratio(ratio), points=20, tol=1e-8)
@@ -101,7 +219,8 @@ def test_two_negative_real_eigenvalues_far_on_the_folded_part() -> None:
 
 def test_holding_the_volume_stabilises_the_unfolded_state() -> None:
     found = stability(po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5))
-    assert found.seen_under() == {"fixed pressure": False, "fixed swept volume": True}
+    assert not found.stable
+    assert found.volume_index == 0
     assert "unstable (index 1) at fixed pressure" in repr(found)
 
 
