@@ -9,7 +9,7 @@ import casadi as ca
 import peel_opt as po
 
 # Smooth everywhere.  ``drop`` is 1 - tau without cancellation at small u.
-exponential = po.CohesiveLaw(lambda u: ca.exp(-u), drop=lambda u: -ca.expm1(-u), name="exponential")
+exponential = po.CohesiveLaw(lambda u: ca.exp(-u), drop=lambda u: -ca.expm1(-u), name="exponential by hand")
 
 # Full strength up to u = 0.3, then a straight line down to nothing: one formula between kinks.
 trapezoid = po.CohesiveLaw(
@@ -32,4 +32,4 @@ def main(pressure_ratio: float = 0.4) -> dict[str, float]:
 if __name__ == "__main__":
     print("detached length at p/T0 = 0.4, eta/y0 = 1")
     for name, sigma in main().items():
-        print(f"{name:12s} sbar/eta = {sigma:.8f}")
+        print(f"{name:20s} sbar/eta = {sigma:.8f}")

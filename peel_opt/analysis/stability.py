@@ -12,8 +12,9 @@ height moves along the rod by delta y / |y'|, and with it the bond that has alre
 
     delta f = -T0 tau'(y) delta y - T0 [tau] delta(xi - xi_k) delta y / |y'(xi_k)|,
 
-a spring at the point xi_k, negative for a traction that drops.  With inertia replaced by viscous drag the same mu are rates of
-decay.  Counts of eigenvalues depend on the inertia assumed; the sign of det K does not.
+a spring at the point xi_k, negative for a traction that drops.  With inertia replaced by viscous
+drag the same mu are rates of decay.  Counts of eigenvalues depend on the inertia assumed; the
+sign of det K does not.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from ..base.threads import one_thread
 from ..equilibria.assembly import discretised
 from ..equilibria.branch import Branch
 from ..equilibria.result import Equilibrium
-from ..model.bond import SUM_TOLERANCE, Piece
+from ..model.bond import Piece
 from ..model.equations import Scalars
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation, shared_kink
@@ -47,6 +48,9 @@ REPORTED = 4
 
 #: What states on other meshes are solved again on, and how far a state may be from itself there.
 FINER, SAME = Spectral(32), 0.1
+
+#: A jump of the traction over T0 up to here is rounding.
+NO_JUMP = 1e-9
 
 #: Imaginary part, relative to the magnitude, from which a pair counts as complex.
 COMPLEX = 1e-7
@@ -199,13 +203,9 @@ class _Motions:
                 for j, piece in enumerate(problem.phases)
             ]
         )
-        switches = problem.sampler(np.ones(1))(x).full()[:-1, 0] * self.scalars.A
-        self.springs = np.array(
-            [
-                _spring(*pair, self.scalars, t)
-                for pair, t in zip(pairwise(problem.phases), switches, strict=True)
-            ]
-        )
+        angles = problem.sampler(np.ones(1))(x).full()[:-1, 0] * self.scalars.A
+        neighbours = zip(pairwise(problem.phases), angles, strict=True)
+        self.springs = np.array([_spring(*pair, self.scalars, angle) for pair, angle in neighbours])
         # The value of delta y at each switch: integrals over the phases after it.
         past = np.kron(np.triu(np.ones((count, count)), 1) * lengths, weights)[: count - 1]
         self.dy_at_switches = -past @ (np.cos(theta)[:, None] * value)
@@ -268,7 +268,7 @@ def _spring(before: Piece, after: Piece, scalars: Scalars, theta: float) -> floa
     kink = shared_kink(before, after)
     above, below = (before, after) if before.start == kink else (after, before)
     jump = float(above.drop(kink)) - float(below.drop(kink))
-    if abs(jump) < SUM_TOLERANCE:
+    if abs(jump) < NO_JUMP:
         return 0.0
     return float(scalars.beta0 * jump / abs(np.sin(theta)))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,10 @@ from ..continuation.family import Family
 from ..continuation.fill import point_errors
 from ..continuation.points import Point
 from ..continuation.special import Located
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
-from ..model.named_laws import exponential
+from ..model.law_samples import agree
+from ..model.named_laws import law_named
 from ..model.rod import Rod
 from ..residual.arclength import chart
 from ..residual.closures import Closure, rows
@@ -122,7 +123,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
         options=dict(options),
         solutions=Solutions(
             transcription=repr(family.transcription),
-            phases=tuple("".join(str(pieces.index(q)) for q in p.problem.phases) for p in points),
+            phases=tuple("".join(chr(FIRST + pieces.index(q)) for q in p.problem.phases) for p in points),
             unknowns=tuple(p.x for p in points),
             tangents=tuple(p.tangent for p in points),
             law=family.law,
@@ -179,8 +180,8 @@ def describe(kind: str, status: str, bracket: tuple[float, float], index: int, s
     return SpecialPoint(kind, status, bracket, index, s.beta0, s.lam, s.alpha1, P, s.sigma)
 
 
-#: Laws that a saved branch can be taken up with again by name alone.
-NAMED_LAWS = {law.name: law for law in (LINEAR, COHESIVE, exponential())}
+#: How pieces of a law are counted in texts: from "0" on, through ASCII.
+FIRST = ord("0")
 
 _TRANSCRIPTIONS: dict[str, type[Transcription]] = {c.__name__: c for c in (Spectral, Collocation, Shooting)}
 
@@ -195,9 +196,41 @@ def law_of(branch: Branch) -> CohesiveLaw:
     """
     if branch.solutions is not None and branch.solutions.law is not None:
         return branch.solutions.law
-    if branch.law in NAMED_LAWS:
-        return NAMED_LAWS[branch.law]
-    raise InvalidInput(f"the law {branch.law!r} is not stored with its branch.", remedy="Trace it again.")
+    named = law_named(branch.law)
+    if named is None or not _may_be(named, branch):
+        raise InvalidInput(
+            f"the law {branch.law!r} is not stored with its branch.",
+            remedy="Read the branch with Branch.load(path, law=...), or trace it again.",
+        )
+    return named
+
+
+def under_law(branch: Branch, law: CohesiveLaw) -> Branch:
+    """Return a branch that was read from a file with the law it was traced with.
+
+    Raises
+    ------
+    InvalidInput
+        If it was traced with another law.
+    """
+    if branch.solutions is None or branch.solutions.law is not None:
+        return branch
+    if not _may_be(law, branch):
+        raise InvalidInput(
+            f"the branch was traced with another law than this {law.name!r}.",
+            remedy=f"Give the {branch.law!r} it was traced with, with the same kinks and formulas.",
+        )
+    return replace(branch, solutions=replace(branch.solutions, law=law))
+
+
+def _may_be(law: CohesiveLaw, branch: Branch) -> bool:
+    """Whether a branch may have been traced with a law, by what its file says of it."""
+    if branch.solutions is None:
+        return law.name == branch.law
+    if stored := branch.solutions.law_samples:
+        return agree(law, stored)
+    visited = max((ord(digit) - FIRST for phases in branch.solutions.phases for digit in phases), default=0)
+    return law.name == branch.law and visited < len(law.pieces)
 
 
 def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
@@ -205,7 +238,7 @@ def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
     if branch.solutions is None:
         raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
     pieces = law_of(branch).pieces
-    phases = tuple(pieces[int(digit)] for digit in branch.solutions.phases[i])
+    phases = tuple(pieces[ord(digit) - FIRST] for digit in branch.solutions.phases[i])
     return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
 
 

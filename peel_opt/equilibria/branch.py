@@ -20,6 +20,8 @@ from .branch_parts import Solutions, SpecialPoint, Trivial
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..model.bond import CohesiveLaw
+
 
 #: Columns of a branch: what is stored, in CSV and NPZ as well.
 COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
@@ -222,11 +224,11 @@ class Branch:
         return write_branch_csv(self, path)
 
     @classmethod
-    def load(cls, path: str | Path) -> Branch:
-        """Read what `save` wrote."""
+    def load(cls, path: str | Path, law: CohesiveLaw | None = None) -> Branch:
+        """Read what `save` wrote; a branch under a law of your own is taken up again with that ``law``."""
         from .branch_files import load_branch
 
-        return load_branch(path)
+        return load_branch(path, law)
 
     def __repr__(self) -> str:
         return "\n".join(self._tree())

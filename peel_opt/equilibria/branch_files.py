@@ -1,8 +1,8 @@
 """Branches on disk: NPZ for `peel_opt`, bit for bit, and CSV for everybody else.
 
 A file holds numbers and names only: reading one runs no code.  A law of the user's own is
-therefore known by its name alone afterwards, which is enough to draw the branch but not to
-take it up again.
+therefore known by its name and by samples afterwards, which is enough to draw the branch; to
+take it up again the law is given, and must be the one that was sampled.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from typing import Any
 import numpy as np
 
 from ..base.files import read_file, require_schema, save_arrays, unpack, write_csv
+from ..model.bond import CohesiveLaw
+from ..model.law_samples import samples
+from .assembly import under_law
 from .branch import COLUMNS, Branch
 from .branch_parts import Solutions, SpecialPoint, Trivial
 from .storage import Units, rod_from
@@ -62,21 +65,25 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
         arrays["trivial.lam"] = branch.trivial.lam
     if branch.solutions is not None:
         arrays["phases"] = np.array(branch.solutions.phases, dtype=str)
+        law = branch.solutions.law
+        arrays["law_samples"] = np.array(branch.solutions.law_samples if law is None else samples(law))
         for name in ("unknowns", "tangents"):
             arrays |= _packed(name, getattr(branch.solutions, name))
     return save_arrays(path, _head(branch), arrays)
 
 
-def load_branch(path: str | Path) -> Branch:
+def load_branch(path: str | Path, law: CohesiveLaw | None = None) -> Branch:
     """Read what `save_branch` wrote.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is damaged, of a later version, or is not such a file.
+        If the file cannot be read, is damaged, of a later version, or is not such a file; or if
+        ``law`` is not the one the branch was traced with.
     """
     remedy = "Read files that Branch.save wrote."
-    return read_file(path, lambda data: _restore(*unpack(data, LARGEST)), "branch", remedy, LARGEST)
+    branch = read_file(path, lambda data: _restore(*unpack(data, LARGEST)), "branch", remedy, LARGEST)
+    return branch if law is None else under_law(branch, law)
 
 
 def write_branch_csv(branch: Branch, path: str | Path) -> Path:
@@ -187,6 +194,8 @@ def _solutions(head: dict[str, Any], arrays: dict[str, np.ndarray], count: int) 
         phases=tuple(_array(arrays, "phases", "U", count).tolist()),
         unknowns=_unpacked("unknowns", arrays, count),
         tangents=_unpacked("tangents", arrays, count),
+        # Earlier releases wrote none.
+        law_samples=tuple(_array(arrays, "law_samples", "f").tolist()) if "law_samples" in arrays else (),
     )
 
 

@@ -64,11 +64,14 @@ class Solutions:
     transcription : str
         As its ``repr``.
     phases : tuple of str
-        Pieces of the law from tip to plate at each point, "10" for free then cohesive.
+        Pieces of the law from tip to plate at each point, "10" for free then cohesive; the
+        characters after "9" in ASCII go on counting.
     unknowns : tuple of ndarray
     tangents : tuple of ndarray
     law : CohesiveLaw, optional
         Missing where the branch was read from a file.
+    law_samples : tuple of float
+        What a law must give to be that of a file; empty in files that do not say.
     """
 
     transcription: str
@@ -76,6 +79,7 @@ class Solutions:
     unknowns: tuple[np.ndarray, ...]
     tangents: tuple[np.ndarray, ...]
     law: CohesiveLaw | None = None
+    law_samples: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("unknowns", "tangents"):

@@ -15,11 +15,12 @@ from ..continuation.points import Point
 from ..continuation.special import FOLDS, RANGE, locate
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
+from ..model.named_laws import law_named
 from ..residual.arclength import chart
 from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
-from .assembly import NAMED_LAWS, Part, assemble, closure_for, discretised, law_of, require_identity
+from .assembly import Part, assemble, closure_for, discretised, law_of, require_identity, under_law
 from .branch import Branch
 from .posed import known_law
 from .result import Equilibrium
@@ -79,6 +80,8 @@ class Walk(Iterator[Scalars]):
             raise InvalidInput(f"step must be a StepControl, got {step!r:.60}.")
         if not isinstance(start, Equilibrium | Branch):
             raise InvalidInput(f"a walk starts at an Equilibrium or a Branch, got {start!r:.60}.")
+        if isinstance(start, Branch) and law is not None:
+            start = under_law(start, law)
         self.rod = start.rod if hold == "ratio" else None  # else the rod changes along the walk
         chosen = law or _law_of(start)
         profile, forward = _start_of(start)
@@ -204,9 +207,10 @@ def _law_of(start: Equilibrium | Branch) -> CohesiveLaw:
         return law_of(start)
     if isinstance(start.source, Solution):
         return start.source.law  # the name may be "linear" where the shape stays within y0
-    if start.law not in NAMED_LAWS:
+    named = law_named(start.law)
+    if named is None:
         raise InvalidInput(f"the law {start.law!r} must be given with law=.")
-    return NAMED_LAWS[start.law]
+    return named
 
 
 def _start_of(start: Equilibrium | Branch) -> tuple[Profile, np.ndarray | None]:

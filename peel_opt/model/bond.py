@@ -10,24 +10,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput, NoEquilibrium
+from .law_checks import check_law
 
 if TYPE_CHECKING:
     from .equations import Scalars
 
 Shape = Callable[[Any], Any]
 
-#: Largest |tau + drop - 1| put down to rounding.
-SUM_TOLERANCE = 1e-9
-
 #: Separation above which the work keeps its digits; below it the mean of the drop does.
 WIDE = 0.5
+
+#: Octaves of u in which a law is looked at for a mean traction that pushes.
+FARTHEST = 20
 
 #: Separation at which the search for a tip height ends.
 HIGHEST = 2.0**60
@@ -39,6 +41,7 @@ class Affine:
 
     offset: float
     slope: float
+    plain: ClassVar[bool] = True
 
     def __call__(self, u: Any) -> Any:
         """Return offset + slope u."""
@@ -78,6 +81,7 @@ class _Blend:
     first: Shape
     second: Shape
     h: float
+    plain: ClassVar[bool] = True
 
     def __call__(self, u: Any) -> Any:
         return (1.0 - self.h) * self.first(u) + self.h * self.second(u)
@@ -109,11 +113,15 @@ class CohesiveLaw:
         ``1 - casadi.exp(-u)``).  Without it digits are lost as p -> T0.
     work : callable, optional
         Integral of tau from 0 to u.  Without it, by quadrature.
+    holds_to : float
+        Largest u the law is meant for; states that open wider are flagged "y > y0".
 
     Raises
     ------
     InvalidInput
-        If tau(0) is not 1, kinks are not increasing and positive, or values are not finite.
+        If tau(0) is not 1, kinks are not increasing and positive, values are not finite, CasADi
+        cannot take the law, it has a kink that is not named, ``drop`` or ``work`` belong to
+        another law, or ``name`` is that of a law of the package.
     """
 
     tau: Shape | Sequence[Shape]
@@ -121,6 +129,7 @@ class CohesiveLaw:
     name: str = "custom"
     drop: Shape | Sequence[Shape] | None = None
     work: Callable[[float], float] | None = None
+    holds_to: float = math.inf
     pieces: tuple[Piece, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -134,7 +143,7 @@ class CohesiveLaw:
         edges = (-math.inf, *self.kinks, math.inf)
         pieces = tuple(Piece(a, b, d) for a, b, d in zip(edges[:-1], edges[1:], drops, strict=True))
         object.__setattr__(self, "pieces", pieces)
-        self._validate()
+        check_law(self)
 
     def _per_piece(self, name: str, shape: Shape | Sequence[Shape]) -> tuple[Shape, ...]:
         count = len(self.kinks) + 1
@@ -147,27 +156,6 @@ class CohesiveLaw:
             )
         return shapes
 
-    def _validate(self) -> None:
-        probe = np.unique([*np.linspace(0.0, 2.0 * max(self.kinks, default=1.0), 9), *self.kinks])
-        for u in (float(v) for v in probe):
-            try:
-                traction, drop = self.traction(u), float(self.pieces[self.piece_at(u)].drop(u))
-            except (TypeError, ValueError, ArithmeticError, RuntimeError, NotImplementedError) as error:
-                raise InvalidInput(
-                    f"law {self.name!r} cannot be evaluated at u = {u:g}: {error}.",
-                    remedy="tau takes one number or CasADi expression and returns one.",
-                ) from error
-            if u == 0.0 and not abs(traction - 1.0) < SUM_TOLERANCE:
-                raise InvalidInput(
-                    f"tau(0) of law {self.name!r} must be 1, got {traction:g}.",
-                    remedy="Divide by the strength; the rod owns T0.",
-                )
-            if not abs(traction + drop - 1.0) < SUM_TOLERANCE:  # also where one is not finite
-                raise InvalidInput(
-                    f"law {self.name!r} at u = {u:g}: tau = {traction:g} and drop = {drop:g}"
-                    " must be finite and add up to 1."
-                )
-
     def piece_at(self, u: float) -> int:
         """Index of the piece that holds ``u``; a kink belongs to the piece below it."""
         return int(np.searchsorted(self.kinks, u, side="left"))
@@ -178,8 +166,10 @@ class CohesiveLaw:
 
     def separation_work(self, u: float) -> float:
         """Integral of tau from 0 to ``u``, the work of separation over T0 y0."""
-        if self.work is not None:
-            return float(self.work(float(u)))
+        return self.integrated_work(u) if self.work is None else float(self.work(float(u)))
+
+    def integrated_work(self, u: float) -> float:
+        """Integral of tau from 0 to ``u``, by quadrature whatever ``work`` says."""
         shapes: tuple[Shape, ...] = self.tau  # type: ignore[assignment]
         return self._integral(shapes, u)
 
@@ -224,6 +214,20 @@ class CohesiveLaw:
         return float(brentq(excess, low, high, xtol=1e-300, rtol=1e-14))
 
     @property
+    def is_affine(self) -> bool:
+        """Whether tau = 1 - c u at every height: the one law that beta0 = 0 leaves something of."""
+        drop = self.pieces[0].drop
+        return len(self.pieces) == 1 and isinstance(drop, Affine) and drop.offset == 0.0
+
+    @cached_property
+    def branch_ends(self) -> bool:
+        """Whether p stays positive at every height, so that a rod's branch ends with its tip on the plate.
+
+        The linear law pushes where it should let go: its branch may run through p = 0 for ever.
+        """
+        return all(self.separation_work(2.0**k) > 0.0 for k in range(FARTHEST))
+
+    @property
     def initial_slope(self) -> float:
         """-d tau/du at u = 0; T lies at beta1 = pi^4 / slope, nowhere if it is zero."""
         drop = self.pieces[0].drop
@@ -256,8 +260,9 @@ def _integral(shape: Shape, a: float, b: float) -> float:
 
     # Octave by octave, so that a traction that dies out early is not overlooked.
     octaves = [2.0**k for k in range(60) if a < 2.0**k < b]
+    # Full output: where rounding ends it before the tolerance is met, nothing is printed.
     pieces = (
-        quad(lambda u: float(shape(u)), low, high, epsabs=1e-15 * low, epsrel=1e-13)[0]
+        quad(lambda u: float(shape(u)), low, high, epsabs=1e-15 * low, epsrel=1e-13, full_output=1)[0]
         for low, high in pairwise((a, *octaves, b))
     )
     return math.fsum(pieces)
@@ -272,10 +277,17 @@ def _checked_kinks(kinks: object) -> tuple[float, ...]:
     return checked
 
 
+def named(law: CohesiveLaw, name: str) -> CohesiveLaw:
+    """Give a law of the package its name, which no other law may bear."""
+    object.__setattr__(law, "name", name)
+    return law
+
+
 #: Fig 2b: the traction keeps falling past y0, where it pushes.  Exact while y <= y0.
-LINEAR = CohesiveLaw(Affine(1.0, -1.0), name="linear", drop=Affine(0.0, 1.0))
+LINEAR = named(CohesiveLaw(Affine(1.0, -1.0), drop=Affine(0.0, 1.0), holds_to=1.0), "linear")
 
 #: Law (8) for y >= 0: linear decrease to zero at y0, nothing beyond.
-COHESIVE = CohesiveLaw(
-    (Affine(1.0, -1.0), Affine(0.0, 0.0)), (1.0,), name="cohesive", drop=(Affine(0.0, 1.0), Affine(1.0, 0.0))
+COHESIVE = named(
+    CohesiveLaw((Affine(1.0, -1.0), Affine(0.0, 0.0)), (1.0,), drop=(Affine(0.0, 1.0), Affine(1.0, 0.0))),
+    "cohesive",
 )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ..base.checks import positive
 from ..base.errors import InvalidInput
-from .bond import Affine, CohesiveLaw
+from .bond import COHESIVE, LINEAR, Affine, CohesiveLaw, named
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class _Exponential:
     """exp(-u), or its drop 1 - exp(-u)."""
 
     dropped: bool
+    plain: ClassVar[bool] = True
 
     def __call__(self, u: Any) -> Any:
         import casadi as ca
@@ -35,9 +36,8 @@ def exponential() -> CohesiveLaw:
     >>> round(exponential().tip_height(0.5), 4)  # p y_tip = T0 y0 (1 - exp(-y_tip/y0))
     1.5936
     """
-    return CohesiveLaw(
-        _Exponential(False), name="exponential", drop=_Exponential(True), work=_exponential_work
-    )
+    law = CohesiveLaw(_Exponential(False), drop=_Exponential(True), work=_exponential_work)
+    return named(law, "exponential")
 
 
 def _exponential_work(u: float) -> float:
@@ -66,9 +66,31 @@ def trapezoidal(plateau: float) -> CohesiveLaw:
     if not positive("plateau", plateau) < 1.0:
         raise InvalidInput(f"plateau must lie between 0 and 1, got {plateau:g}.")
     slope = 1.0 / (1.0 - plateau)
-    return CohesiveLaw(
+    law = CohesiveLaw(
         (Affine(1.0, 0.0), Affine(slope, -slope), Affine(0.0, 0.0)),
         (plateau, 1.0),
-        name=f"trapezoidal({plateau:g})",
         drop=(Affine(0.0, 0.0), Affine(-plateau * slope, slope), Affine(1.0, 0.0)),
     )
+    return named(law, f"trapezoidal({float(plateau)!r})")
+
+
+def law_named(name: str) -> CohesiveLaw | None:
+    """Return the law of the package with this name; None if there is none.
+
+    Examples
+    --------
+    >>> law_named("trapezoidal(0.25)") == trapezoidal(0.25)
+    True
+    """
+    for law in (LINEAR, COHESIVE):
+        if name == law.name:
+            return law
+    if name == "exponential":
+        return exponential()
+    head, _, rest = name.partition("(")
+    if head != "trapezoidal" or not rest.endswith(")"):
+        return None
+    try:
+        return trapezoidal(float(rest[:-1]))
+    except ValueError:  # no number, or none between 0 and 1
+        return None

@@ -6,6 +6,7 @@ import zipfile
 from contextlib import suppress
 from dataclasses import fields, replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -15,7 +16,8 @@ from peel_opt.equilibria.assembly import law_of
 from peel_opt.equilibria.branch import COLUMNS, Branch
 from peel_opt.equilibria.branch_parts import Solutions
 from peel_opt.model.bond import COHESIVE, LINEAR
-from peel_opt.model.named_laws import exponential
+from peel_opt.model.law_samples import samples
+from peel_opt.model.named_laws import exponential, trapezoidal
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +70,8 @@ def test_a_round_trip_keeps_every_bit(branches, name, tmp_path):
                 assert len(mine) == len(other)
                 for a, b in zip(mine, other, strict=True):
                     same_bits(a, b)
+            elif f.name == "law_samples":
+                assert other == samples(branch.solutions.law)
             elif f.name != "law":
                 assert mine == other
     assert repr(back) == repr(branch)
@@ -123,6 +127,60 @@ def test_named_laws_come_back_and_others_are_asked_for(branches, tmp_path):
     assert own.pressure[0] == branches["rod"].pressure[0]
     with pytest.raises(po.InvalidInput, match="not stored"):
         own[0]
+
+
+def own_law(rate, name="my law"):
+    return po.CohesiveLaw(lambda u: ca.exp(-rate * u), name=name)
+
+
+def test_a_branch_under_a_law_of_ones_own_goes_on_under_that_law_only(tmp_path):
+    branch = po.trace(po.Rod.from_ratio(0.6), law=own_law(2.0), points=8, tol=1e-5)[:6]
+    path = branch.save(tmp_path / "own.npz")
+    mine = po.follow(branch, hold="ratio", steps=2)
+    taken_up = (
+        po.follow(Branch.load(path), hold="ratio", steps=2, law=own_law(2.0)),
+        po.follow(Branch.load(path, law=own_law(2.0)), hold="ratio", steps=2),
+    )
+    for again in taken_up:
+        np.testing.assert_allclose(again.length_ratio, mine.length_ratio, rtol=1e-9)
+    assert Branch.load(path, law=own_law(2.0))[3].certified
+    for other in (
+        own_law(2.0 + 1e-6),
+        exponential(),
+        po.CohesiveLaw(lambda u: 1 / (1 + u) ** 2, name="my law"),
+    ):
+        with pytest.raises(po.InvalidInput, match="traced with another law"):
+            Branch.load(path, law=other)
+        with pytest.raises(po.InvalidInput, match="traced with another law"):
+            po.follow(Branch.load(path), hold="ratio", steps=2, law=other)
+
+
+def test_a_file_whose_law_is_named_otherwise_is_not_taken_up_by_its_name(branches, tmp_path):
+    path = replace(branches["rod"], law="exponential").save(tmp_path / "b.npz")
+    with pytest.raises(po.InvalidInput, match="not stored"):
+        Branch.load(path)[0]
+
+
+def test_files_of_earlier_releases_go_by_the_name(branches, tmp_path):
+    path = branches["rod"].save(tmp_path / "b.npz")
+    with np.load(path) as file:
+        arrays = {key: file[key] for key in file.files if key != "law_samples"}
+    np.savez(tmp_path / "old.npz", **arrays)
+    assert law_of(Branch.load(tmp_path / "old.npz")) == COHESIVE
+
+
+def test_a_trapezoidal_law_is_taken_up_by_its_name(tmp_path):
+    law = trapezoidal(1 / 3)
+    branch = po.trace(po.Rod.from_ratio(1.0), law=law, points=8, tol=1e-5)[:6]
+    again = Branch.load(branch.save(tmp_path / "t.npz"))
+    assert law_of(again) == law
+    assert again[2].certified
+
+
+@pytest.mark.parametrize("name", ["auto", "linear", "cohesive", "exponential", "trapezoidal(0.3)"])
+def test_names_of_the_package_are_not_for_other_laws(name):
+    with pytest.raises(po.InvalidInput, match="cannot be called"):
+        own_law(2.0, name)
 
 
 # --- CSV --------------------------------------------------------------------------------------

@@ -11,10 +11,9 @@ import hashlib
 import json
 import math
 import reprlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from ...equilibria.methods import Method, as_method
 from ...equilibria.posed import known_law, known_state
 from ...equilibria.storage import Units
 from ...model.bond import CohesiveLaw
+from ...model.law_samples import texts
 from ...model.rod import MATERIAL, Rod
 from ...residual.discretisation import Transcription
 
@@ -36,9 +36,6 @@ CHUNK = 100
 
 #: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
 MOST_POINTS = 5_000_000
-
-#: A law is told from others up to so many times its last kink, or 3 y0.
-FAR = 1e3
 
 SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
@@ -79,7 +76,7 @@ class Options:
 
     def identity(self) -> list[Any]:
         """Return what tells one set of options from another; a law by its values."""
-        return [self.record(), _law_values(self.law) if isinstance(self.law, CohesiveLaw) else []]
+        return [self.record(), texts(self.law) if isinstance(self.law, CohesiveLaw) else []]
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,29 +223,6 @@ class Task:
     values: np.ndarray
     rod: Rod | None
     options: Options
-
-
-def _law_values(law: CohesiveLaw) -> list[str]:
-    """Return a law of the user's own as texts: its kinks, and what it gives on every piece and far out."""
-    last = max(law.kinks, default=0.0)
-    inside = [np.linspace(a, b, 17) for a, b in pairwise((0.0, *law.kinks))]
-    # Answers depend on the tail as well, however far out it begins and however slowly it ends.
-    far = last + np.geomspace(1e-3, FAR * max(last, 3.0), 61)
-    separations = np.concatenate([np.linspace(0.0, 3.0, 61), *inside, far]).tolist()
-    texts = [kink.hex() for kink in law.kinks]
-    for u in separations:
-        texts += _text_of(law.traction, u), _text_of(law.pieces[law.piece_at(u)].drop, u)
-        if law.work is not None:
-            texts.append(_text_of(law.work, u))
-    return texts
-
-
-def _text_of(function: Callable[[float], Any], u: float) -> str:
-    try:
-        return float(function(u)).hex()
-    except Exception as error:
-        # No point may ever get so far out, so that this alone is no reason to refuse a sweep.
-        return type(error).__name__
 
 
 def _units(names: set[str], rod: Rod | None) -> Units | None:
