@@ -217,8 +217,14 @@ def first_point(family: Family, mode: int = 1) -> Point:
     return _by_homotopy(family)
 
 
-#: Where a law without a transition is entered, and how close to T0 its branch is walked back.
-ENTRY_PRESSURE, HIGHEST_PRESSURE = 0.8, 0.9995
+#: p/T0 at which a law without a transition is entered, one after the other: a stiff rod has no low one.
+ENTRIES = (0.8, 0.9, 0.95, 0.98, 0.99)
+
+#: Shortest step of a homotopy from law (8) to another.
+SHORTEST = 1e-3
+
+#: How close to T0 the branch of such a law is walked back: as far as it can be landed on.
+HIGHEST = (1.0 - 1e-7, 1.0 - 1e-6, 1.0 - 1e-5, 0.9999, 0.9995)
 
 
 def _by_homotopy(family: Family) -> Point:
@@ -227,32 +233,53 @@ def _by_homotopy(family: Family) -> Point:
     fold = start.reach("LP-pressure")
     # A stiff rod has no state so low: half way down to its least pressure, then.
     half_way = 0.5 * (1.0 + fold.point.scalars.pressure_ratio) if fold else 0.0
-    given = Closure("pressure", max(ENTRY_PRESSURE, half_way))
-    profile = start.candidates(given)[0].profile
-    h, step = 0.0, 0.125
-    solved = None
+    furthest = 0.0
+    for entry in sorted({max(entry, half_way) for entry in ENTRIES}):
+        given = Closure("pressure", entry)
+        back, h = _blended(family, start.candidates(given)[0].profile, given)
+        furthest = max(furthest, h)
+        if back is not None:
+            return _towards_strength(family, back)
+    raise NotConverged(
+        f"the homotopy from law (8) to law {family.law.name!r} stalls at {furthest:.3g}.",
+        remedy="Try a law with a slope at u = 0, or another ratio eta/y0.",
+    )
+
+
+def _blended(family: Family, profile: Profile, given: Closure) -> tuple[Point | None, float]:
+    """Follow a state of law (8) to the family's law; None, and how far it went, where that stalls."""
+    h, step, solved = 0.0, 0.125, None
     while h < 1.0:
         target = min(1.0, h + step)
         law = family.law if target == 1.0 else COHESIVE.blend(family.law, target)
         solved = Family(law, family.transcription, family.closure).solve(profile, given)
         if solved is None:
             step *= 0.5
-            if step < 1e-4:
-                raise NotConverged(
-                    f"the homotopy from law (8) to law {family.law.name!r} stalls at {h:.3g}.",
-                    remedy="Try a law with a slope at u = 0, or another ratio eta/y0.",
-                )
+            if step < SHORTEST:
+                return None, h
             continue
         h = target
         profile = solved[0].profile(solved[1].x)
     assert solved is not None
     problem, result = solved
-    back = family.point(problem, result.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, 0)
-    first = back
-    for first in family.walk(back):
-        if first.scalars.pressure_ratio > HIGHEST_PRESSURE:
+    return family.point(problem, result.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, 0), h
+
+
+def _towards_strength(family: Family, back: Point) -> Point:
+    """Walk back towards p = T0, and turn there."""
+    before = there = back
+    for there in family.walk(back):
+        if there.scalars.pressure_ratio > HIGHEST[-1]:
             break
-    return Point(first.problem, first.x, -first.tangent, 0.0, first.iterations)
+        before = there
+    # While the tip is on a plateau of full strength p = T0 at any height: nothing is monotone there.
+    for highest in HIGHEST if there is not before else ():
+        landed = family.land(before, there, Closure("pressure", highest))
+        if landed is not None:
+            problem, result = landed
+            there = family.point(problem, result.x, before.direction, 0.0, result.iterations)
+            break
+    return Point(there.problem, there.x, -there.tangent, 0.0, there.iterations)
 
 
 @lru_cache(maxsize=256)
