@@ -13,7 +13,9 @@ import numpy as np
 
 from ..base.checks import known_beta0, pair, positive, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..equilibria.posed import known_law
 from ..equilibria.trace import trace
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import PI4
 from ..model.rod import Rod, require_rod
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
@@ -37,6 +39,7 @@ def hysteresis(
     convention: Convention = "delay",
     form: NormalForm | None = None,
     lam: tuple[float, float] | None = None,
+    law: str | CohesiveLaw | None = None,
     points: int = 41,
     tol: float | None = None,
 ) -> HysteresisLoop | PressureLoop:
@@ -45,7 +48,7 @@ def hysteresis(
     Parameters
     ----------
     rod : Rod, optional
-        Sweep the pressure under law (8): see `PressureLoop`.  Either this or ``beta0``.
+        Sweep the pressure: see `PressureLoop`.  Either this or ``beta0``.
     beta0 : float, optional
         Sweep lambda at this beta0 >= 0 under the linear law.
     convention : {"delay", "maxwell"}
@@ -54,6 +57,8 @@ def hysteresis(
         Take the states from a normal form instead of solving for them.
     lam : tuple of float, optional
         From where to where; default from 1.3 lambda_F to 0.4 abs(lambda_F).
+    law : str or CohesiveLaw, optional
+        Of a rod; default law (8).  It must have a transition at T0 and never push.
     points : int
         Values of the swept number each way.
     tol : float
@@ -98,7 +103,10 @@ def hysteresis(
                 "a rod is swept in pressure, with the delay convention and no normal form.",
                 remedy="Give beta0 for a loop in lambda.",
             )
-        return sweep_pressure(require_rod(rod), points, tol)
+        chosen = COHESIVE if law is None else known_law(law) or COHESIVE
+        return sweep_pressure(require_rod(rod), points, tol, chosen)
+    if law is not None and known_law(law) != LINEAR:
+        raise InvalidInput("at fixed beta0 the loop is that of the linear law.", remedy="Leave out law=.")
     assert beta0 is not None
     b0 = known_beta0(beta0)
     if form is not None:

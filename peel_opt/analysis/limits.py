@@ -14,11 +14,11 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from ..base.errors import NoEquilibrium, NotConverged, PeelOptError
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, PeelOptError
 from ..continuation.family import Family
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located
-from ..model.bond import COHESIVE
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.rod import require_ratio
 from ..residual.arclength import chart
@@ -46,20 +46,21 @@ class Limit:
     ----------
     kind : {"pressure", "length"}
     differentiate : callable
-        From r to the `Gradient` of the number; errors are absolute.
+        From r and a law to the `Gradient` of the number; errors are absolute.
     """
 
     kind: str
-    differentiate: Callable[[float], Gradient]
+    differentiate: Callable[[float, CohesiveLaw], Gradient]
 
 
-def fold_gradient(ratio: float, which: str) -> Gradient:
+def fold_gradient(ratio: float, which: str, law: CohesiveLaw = COHESIVE) -> Gradient:
     """Return P or sigma at a fold of a rod's branch, with its derivative by r.
 
     Parameters
     ----------
     ratio : float
     which : {"readhesion_pressure", "least_length", "longest_length"}
+    law : CohesiveLaw
 
     Raises
     ------
@@ -69,15 +70,15 @@ def fold_gradient(ratio: float, which: str) -> Gradient:
         If the branch has no such fold.
     """
     require_ratio(ratio)
-    coarse, fine = (_at_fold(ratio, which, i) for i in range(len(MESHES)))
+    coarse, fine = (_at_fold(law, ratio, which, i) for i in range(len(MESHES)))
     error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
     return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
 
 
 @lru_cache(maxsize=256)
-def _at_fold(ratio: float, which: str, mesh: int) -> tuple[float, float]:
+def _at_fold(law: CohesiveLaw, ratio: float, which: str, mesh: int) -> tuple[float, float]:
     """Value and derivative of a fold on one mesh."""
-    family = Family(COHESIVE, MESHES[mesh], Closure("ratio", ratio))
+    family = Family(law, MESHES[mesh], Closure("ratio", ratio))
     branch = PrimaryBranch(family)
     point = FOLDS[which](branch).point
     read: Callable[[Scalars], float] = PRESSURE if which == "readhesion_pressure" else LENGTH
@@ -122,7 +123,7 @@ def _least_length(branch: PrimaryBranch) -> Located:
     minimum = _minimum_pressure(branch)
     fold = branch.fold("LP-length")
     if fold is None or fold.point.arclength > minimum.point.arclength:
-        raise _no_fold(branch.family.closure.value, "the unfolded states have no fold in length")
+        raise _no_fold(branch.family, "the unfolded states have no fold in length")
     return fold
 
 
@@ -136,12 +137,17 @@ def _longest_length(branch: PrimaryBranch) -> Located:
         if fold.kind == "LP-length" and here > max(around):
             found.append(fold)
     if not found:
-        raise _no_fold(branch.family.closure.value, "no detached length is the greatest")
+        raise _no_fold(branch.family, "no detached length is the greatest")
     return max(found, key=lambda fold: fold.point.scalars.sigma)
 
 
-def _no_fold(ratio: float, words: str) -> PeelOptError:
+def _no_fold(family: Family, words: str) -> PeelOptError:
     """Say that a length does not fold; just above the cusp, where it does, that the walk misses it."""
+    ratio, law = family.closure.value, family.law
+    if law != COHESIVE:
+        return NoEquilibrium(
+            f"at eta/y0 = {ratio:.6g} {words} under law {law.name!r}.", remedy="Try a larger eta/y0."
+        )
     if CUSP < ratio <= TOO_CLOSE:
         return NotConverged(
             f"at eta/y0 = {ratio:.6g}, just above the cusp at {CUSP}, the two folds in length lie closer"
@@ -153,6 +159,15 @@ def _no_fold(ratio: float, words: str) -> PeelOptError:
     )
 
 
+def _maxwell(ratio: float, law: CohesiveLaw) -> Gradient:
+    """The Maxwell point is a reading of the paper's potential, which law (8) and the linear law share."""
+    if law not in (COHESIVE, LINEAR):
+        raise InvalidInput(
+            f"the Maxwell point is known under law (8), not under {law.name!r}.", remedy="Leave out law=."
+        )
+    return maxwell_gradient(ratio)
+
+
 #: Where on the branch each limit lies.
 FOLDS: dict[str, Callable[[PrimaryBranch], Located]] = {
     "readhesion_pressure": _minimum_pressure,
@@ -162,8 +177,8 @@ FOLDS: dict[str, Callable[[PrimaryBranch], Located]] = {
 
 #: The limits of a rod by their public names.
 LIMITS = {
-    "readhesion_pressure": Limit("pressure", lambda r: fold_gradient(r, "readhesion_pressure")),
-    "least_length": Limit("length", lambda r: fold_gradient(r, "least_length")),
-    "longest_length": Limit("length", lambda r: fold_gradient(r, "longest_length")),
-    "maxwell_length": Limit("length", maxwell_gradient),
+    "readhesion_pressure": Limit("pressure", lambda r, law: fold_gradient(r, "readhesion_pressure", law)),
+    "least_length": Limit("length", lambda r, law: fold_gradient(r, "least_length", law)),
+    "longest_length": Limit("length", lambda r, law: fold_gradient(r, "longest_length", law)),
+    "maxwell_length": Limit("length", _maxwell),
 }

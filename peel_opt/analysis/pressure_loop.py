@@ -16,7 +16,7 @@ from ..continuation.primary import primary_branch
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
 from ..equilibria.trace import trace
-from ..model.bond import COHESIVE
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod
 from ..residual.closures import Closure
 
@@ -91,7 +91,7 @@ class PressureSweep:
 
 @dataclass(frozen=True, eq=False)
 class PressureLoop:
-    """The loop of a rod whose pressure is raised to T0 and lowered again, under law (8).
+    """The loop of a rod whose pressure is raised to T0 and lowered again.
 
     Parameters
     ----------
@@ -163,12 +163,17 @@ class PressureLoop:
         )
 
 
-def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
+def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIVE) -> PressureLoop:
     """Sweep the pressure from below the minimum pressure to T0 and back; every state is solved for."""
+    if not (law.branch_ends and law.initial_slope > 0.0):
+        raise NoEquilibrium(
+            f"law {law.name!r} has no loop in the pressure: no transition at T0, or no end at contact.",
+            remedy="Such a loop needs a traction that falls from the start and never pushes.",
+        )
     T0, eta = rod.adhesion_strength, rod.eta
     # Even in the logarithm, but closer together towards the minimum, where the length turns.
-    inner = _least_pressure(rod) ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
-    branch = trace(rod, tol=tol, at={"pressure_ratio": [float(value) for value in inner]})
+    inner = _least_pressure(rod, law) ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
+    branch = trace(rod, law=law, tol=tol, at={"pressure_ratio": [float(value) for value in inner]})
     P, turn, end = branch.pressure_ratio, _turn(branch).index, len(branch) - 1
 
     def rows(part: np.ndarray) -> list[int]:
@@ -210,9 +215,9 @@ def sweep_pressure(rod: Rod, points: int, tol: float) -> PressureLoop:
     )
 
 
-def _least_pressure(rod: Rod) -> float:
+def _least_pressure(rod: Rod, law: CohesiveLaw) -> float:
     """Return P_min as a walk along the branch has it, near enough to choose pressures by."""
-    walk = primary_branch(COHESIVE, Closure("ratio", rod.ratio))
+    walk = primary_branch(law, Closure("ratio", rod.ratio))
     found = walk.reach("LP-pressure")
     if found is None:
         raise NoEquilibrium(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")

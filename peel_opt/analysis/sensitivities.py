@@ -14,8 +14,9 @@ import numpy as np
 
 from ..base.errors import InvalidInput
 from ..base.units import display
-from ..equilibria.posed import ANSWERS
+from ..equilibria.posed import ANSWERS, known_law
 from ..equilibria.result import Equilibrium
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import MATERIAL, UNITS, Rod
 from ..residual.shape import Solution
 from .limits import LIMITS
@@ -115,7 +116,9 @@ class Sensitivities:
         return display(value, unit, 5) if unit in ("Pa", "m", "N m") else f"{value:.6g} {unit}".strip()
 
 
-def sensitivities(subject: Equilibrium | Rod, of: str | None = None) -> Sensitivities:
+def sensitivities(
+    subject: Equilibrium | Rod, of: str | None = None, *, law: str | CohesiveLaw | None = None
+) -> Sensitivities:
     """Differentiate an equilibrium, or a limit of a rod, with respect to all it depends on.
 
     Exact derivatives of the discretised problem by the implicit function theorem, on meshes
@@ -128,6 +131,8 @@ def sensitivities(subject: Equilibrium | Rod, of: str | None = None) -> Sensitiv
     of : str, optional
         For a rod: "readhesion_pressure", "least_length" or "longest_length" (the folds of its
         branch), or "maxwell_length".
+    law : str or CohesiveLaw, optional
+        Of the folds of a rod; default law (8).
 
     Returns
     -------
@@ -157,8 +162,10 @@ def sensitivities(subject: Equilibrium | Rod, of: str | None = None) -> Sensitiv
                 f"sensitivities of a rod need a number to differentiate, got {of!r}.",
                 remedy=f"Give of= one of {', '.join(map(repr, LIMITS))}, or an equilibrium.",
             )
-        limit = LIMITS[of]
-        return _of_rod(subject, of, limit.kind, limit.differentiate(subject.ratio), "", 0.0)
+        limit, chosen = LIMITS[of], COHESIVE if law is None else known_law(law) or COHESIVE
+        return _of_rod(subject, of, limit.kind, limit.differentiate(subject.ratio, chosen), "", 0.0)
+    if law is not None:
+        raise InvalidInput("law= belongs to a limit of a rod; an equilibrium knows its own.")
     if of is not None:
         raise InvalidInput(f"of={of!r} belongs to a rod; an equilibrium has one answer.")
     if not isinstance(subject, Equilibrium):

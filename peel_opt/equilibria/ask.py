@@ -7,7 +7,7 @@ from functools import partial
 
 from ..base.checks import finite, known_beta0
 from ..base.errors import InvalidInput, PeelOptError
-from ..model.bond import LINEAR, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription
@@ -198,7 +198,7 @@ def equilibrium(
         b0 = known_beta0(beta0)
         shift = known_lambda(lam, beta1)
         posed = Posed.at_groups(known_law(law), b0, shift)
-        if b0 == 0.0 and posed.law != LINEAR:
+        if b0 == 0.0 and not posed.effective_law.is_affine:
             raise InvalidInput(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )

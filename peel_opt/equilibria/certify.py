@@ -28,7 +28,7 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
     within = bool(opened.max() <= 1.0 + HEIGHT_NOISE)
     source = Solution(problem, x, effective)
     present = {
-        "y > y0": effective == LINEAR and not within,
+        "y > y0": bool(opened.max() > effective.holds_to + HEIGHT_NOISE),
         "p < 0": s.alpha < 0.0,
         "y < 0": heights.min() < -HEIGHT_NOISE * np.abs(heights).max(),
         "alpha1 > 0": s.alpha1 > 0.0,

@@ -15,7 +15,6 @@ from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConver
 from ..continuation.isobars import states_near
 from ..continuation.points import Point
 from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
-from ..model.bond import LINEAR
 from ..model.rod import RATIOS, require_ratio
 from ..residual.closures import Closure, rows
 from .certify import report
@@ -200,7 +199,7 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
 def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
     """Whether the walk has passed every state the question may mean."""
     s, target = last.scalars, question.target
-    endless = branch.family.law == LINEAR  # p may fall for ever while the length grows
+    endless = not branch.family.law.branch_ends  # p may fall for ever while the length grows
     if branch.side < 0 or target.kind == "lam":
         return len(branch.points) > 1 and (s.lam if target.kind == "lam" else s.sigma) > target.value
     if question.state == "folded" or question.near is not None:
@@ -214,7 +213,7 @@ def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
 
 def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
-    if not found and branch.family.law != LINEAR:
+    if not found and branch.family.law.branch_ends:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
     if branch.ended in ("stalled", "limit"):
@@ -252,7 +251,7 @@ def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> 
     if last.sigma > 0.0:
         reached += f", p/T0 = {last.pressure_ratio:.4g}"
     message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
-    if in_range or branch.family.law == LINEAR:
+    if in_range or not branch.family.law.branch_ends:
         return NotConverged(message, remedy="Give a number nearer to the transition.")
     return OutOfRange(
         f"{message} Its eta/y0 = {_ratio(branch):.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",

@@ -17,7 +17,7 @@ from ..continuation.fill import filled, point_errors
 from ..continuation.points import Point, arclength_between
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import RANGE, locate
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import PI4, Scalars
 from ..model.rod import Rod, require_rod
 from ..residual.arclength import chart
@@ -120,7 +120,7 @@ def trace(
         closure, sides = Closure("ratio", require_rod(rod).ratio), [1]
     else:
         closure, sides = Closure("length", math.cbrt(known_beta0(beta0))), [-1, 1]
-        if closure.value == 0.0 and chosen != LINEAR:
+        if closure.value == 0.0 and not chosen.is_affine:
             raise InvalidInput(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )
@@ -189,8 +189,8 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
 
 
 def _past_zero(law: CohesiveLaw, last: Point) -> bool:
-    """Whether a rod's branch under the linear law has reached p < 0, where it may have no end."""
-    return law == LINEAR and last.scalars.pressure_ratio < 0.0
+    """Whether a rod's branch has reached p < 0 under a law that lets it, where it may have no end."""
+    return not law.branch_ends and last.scalars.pressure_ratio < 0.0
 
 
 def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:
