@@ -11,7 +11,9 @@ and R has two equations fewer than x has entries: a question adds the other two.
 from __future__ import annotations
 
 import math
+import threading
 from abc import ABC, abstractmethod
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -123,6 +125,23 @@ class Discretisation(ABC):
         self.field_count = field_count
         self.x = ca.MX.sym("x", field_count + len(phases) - 1 + 4)
         self._samplers: dict[bytes, ca.Function] = {}
+        #: Systems closed by questions, by the kinds of their closures.
+        self.closed: dict[tuple[str, ...], Any] = {}
+
+    @property
+    def weight(self) -> int:
+        """Numbers in its matrices, by which compiled problems are kept or dropped."""
+        return 50 * self.size
+
+    def release(self) -> None:
+        """Drop what is compiled; it is compiled again when asked for."""
+        for name in self._compiled:
+            self.__dict__.pop(name, None)
+        self._samplers.clear()
+        self.closed.clear()
+
+    #: Properties that hold compiled functions, or the expressions they are made of.
+    _compiled = ("expression", "linearised", "_linearise", "_residual", "tip_height", "_profile_sampler")
 
     @property
     def size(self) -> int:
@@ -168,6 +187,7 @@ class Discretisation(ABC):
     @cached_property
     def linearised(self) -> ca.Function:
         """Compiled x -> (R, dR/dx)."""
+        keep(self)
         return ca.Function("linearised", [self.x], list(self.linearised_expressions()))
 
     @cached_property
@@ -185,6 +205,7 @@ class Discretisation(ABC):
 
     @cached_property
     def _residual(self) -> Compiled:
+        keep(self)
         return Compiled(ca.Function("residual", [self.x], [self.expression]))
 
     def residual(self, x: np.ndarray) -> np.ndarray:
@@ -199,6 +220,7 @@ class Discretisation(ABC):
 
     @cached_property
     def _profile_sampler(self) -> Compiled:
+        keep(self)
         return Compiled(self.sampler(chebyshev(PROFILE_POINTS)[0]))
 
     def sampler(self, zeta: np.ndarray) -> ca.Function:
@@ -232,6 +254,28 @@ class Discretisation(ABC):
         """Unknowns that represent a profile with these phases."""
         s = profile.scalars
         return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], [s.A, s.m, s.sigma, s.lam]])
+
+
+#: Sum of the weights of the problems whose compiled functions are kept: some 500 MB, 150 problems
+#: of law (8) or a handful of a law with twenty kinks, of which every sequence of phases is one.
+MOST_KEPT = 1_000_000
+
+_KEPT: OrderedDict[Discretisation, int] = OrderedDict()
+_KEPT_LOCK = threading.Lock()
+
+
+def keep(problem: Discretisation) -> None:
+    """Keep what is compiled of a problem, and drop that of the ones not used for longest."""
+    with _KEPT_LOCK:
+        if _KEPT and next(reversed(_KEPT)) is problem:
+            return
+        _KEPT.pop(problem, None)
+        _KEPT[problem] = problem.weight
+        total = sum(_KEPT.values())
+        while total > MOST_KEPT and len(_KEPT) > 1:
+            oldest, weight = _KEPT.popitem(last=False)
+            oldest.release()
+            total -= weight
 
 
 class Transcription(ABC):

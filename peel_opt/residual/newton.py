@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -17,7 +16,7 @@ from ..base.threads import one_thread
 from ..model.equations import Scalars
 from .closures import Closing, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense
-from .discretisation import Discretisation
+from .discretisation import Discretisation, keep
 
 #: Values of the extra equations and their gradient, shapes (k,) and (k, 4).
 #: The gradient is with respect to the four scalars.
@@ -173,9 +172,16 @@ class ClosedSystem:
         return equations, lambda: _sparse_factors(matrix).solve
 
 
-@lru_cache(maxsize=256)
 def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
-    """Compile a discretised problem with closures of these kinds; remembered by structure."""
+    """Return a discretised problem with closures of these kinds, compiled; remembered by structure."""
+    keep(problem)
+    found: ClosedSystem | None = problem.closed.get(kinds)
+    if found is None:
+        found = problem.closed[kinds] = _closed_system(problem, kinds)
+    return found
+
+
+def _closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
     s, numbers = ca.SX.sym("s", 4), symbols(kinds)
     closing = ca.Function("closing", [s, numbers], [equations(kinds, Scalars(*ca.vertsplit(s)), numbers)])
     x, given = problem.x, ca.MX.sym("given", numbers.numel())

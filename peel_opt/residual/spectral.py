@@ -14,6 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ..base.checks import whole
+from ..base.errors import OutOfRange
 from .discretisation import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
@@ -82,19 +83,37 @@ class Spectral(Transcription):
         return replace(self, nodes=self.nodes + self.nodes // 2)
 
 
+#: Every one of some seventy dense matrices of a problem is of this size, 2 GB together.
+MOST_UNKNOWNS = 2000
+
+
 class SpectralDiscretisation(Discretisation):
     """Theta'' at the Gauss nodes of every phase."""
 
     settings: Spectral
 
+    _compiled = (*Discretisation._compiled, "_fields")
+
     def __init__(self, settings: Spectral, phases: Phases) -> None:
         self.settings = settings
         self.local = settings.nodes * settings.elements
+        if (unknowns := self.local * len(phases)) > MOST_UNKNOWNS:
+            raise OutOfRange(
+                f"a shape of {len(phases)} phases takes {unknowns} unknowns in the spectral form; the limit"
+                f" is {MOST_UNKNOWNS}.",
+                remedy="Give a law fewer kinks (a smooth curve through a table has none), or fewer nodes;"
+                " method='collocation' has no such limit.",
+            )
         super().__init__(phases, self.local * len(phases))
         nodes, weights = gauss(settings.nodes)
         # On a phase of length 1: cumulative integral at its nodes, and the whole integral.
         self.zeta = np.concatenate([(e + nodes) / settings.elements for e in range(settings.elements)])
         self.whole = np.tile(weights, settings.elements) / settings.elements
+
+    @property
+    def weight(self) -> int:
+        """Its matrices are dense."""
+        return self.size**2
 
     def _cumulative(self, zeta: np.ndarray) -> np.ndarray:
         """Matrix from nodal values of one phase of length 1 to integrals from 0 to ``zeta``."""
