@@ -41,6 +41,7 @@ class Shape(NamedTuple):
     y: np.ndarray
 
 
+@np.errstate(under="ignore")  # close to T high powers vanish, and should
 def _powers(x: np.ndarray, highest: int) -> np.ndarray:
     """x^0 ... x^highest along a new first axis."""
     table = np.broadcast_to(x, (highest + 1, *np.shape(x))).copy()
@@ -94,6 +95,7 @@ class UniformSeries:
         """
         return self._error(np.multiply(a, beta0), beta0)[0]
 
+    @np.errstate(under="ignore")
     def _monomials(self, alpha1: Any, beta0: Any, order: int, divided: int = 0) -> np.ndarray:
         """All terms in e^(j-k) c^k with 1 <= j <= order, degree by degree, over alpha1^divided."""
         alpha1, beta0 = np.broadcast_arrays(np.asarray(alpha1, float), np.asarray(beta0, float))

@@ -66,12 +66,14 @@ class _Table:
         weights = np.stack([np.ones(summed), p[:summed], q[:summed]])
         return cls(modes.lam[j, k], p, q, weights, starts, summed)
 
+    @np.errstate(under="ignore")
     def terms(self, alpha: float, alpha1: float) -> np.ndarray:
         """Evaluate all terms."""
         degree = len(self.starts)
         return self.coefficients * _powers(alpha, degree)[self.p] * _powers(alpha1, 2 * degree)[self.q]
 
 
+@np.errstate(under="ignore")  # close to T high powers vanish, and should
 def _powers(x: float, highest: int) -> np.ndarray:
     """x^0 ... x^highest."""
     powers = np.empty(highest + 1)
@@ -121,6 +123,7 @@ class Curve:
             return 2.0 * left_out + rounding
         return 2.0 * left_out / (1.0 - left_out / last) + rounding if left_out < last else math.inf
 
+    @np.errstate(under="ignore")
     def unknowns(self, alpha1: float, sigma: float, lam: float) -> np.ndarray:
         """Theta'' at the nodes and the four scalars of a point of the curve."""
         p, q, tips, curls = self._shapes
