@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SAME = 1e-9
 
 #: Intervals of a stretch in which a kink is looked for, and how often the one it is in is halved.
-INTERVALS, HALVINGS = 192, 34
+INTERVALS, HALVINGS = 192, 30
 
 #: A jump of tau or of its slope counts as a kink from this share of the largest of them.
 JUMP = 1e-6
@@ -170,8 +170,8 @@ def _values_and_slopes(drop: Callable[[Any], Any]) -> Callable[[np.ndarray], np.
 def _hidden_kinks(law: CohesiveLaw, i: int) -> Iterator[float]:
     """Yield where the drop of a piece, or its slope, jumps inside the piece.
 
-    What varies most in an interval is followed into the half that it is in; a jump is still there
-    when the interval is too short for anything smooth.
+    What is least straight in an interval is followed into the half that it is in; a jump is still
+    there when the interval is too short for anything smooth.
     """
     piece, last = law.pieces[i], max(law.kinks, default=1.0)
     inset = 1e-9 * last
@@ -186,12 +186,14 @@ def _hidden_kinks(law: CohesiveLaw, i: int) -> Iterator[float]:
     found: list[float] = []
     for row in (0, 1):
         a, b, fa, fb = edges[:-1], edges[1:], outer[row, :-1], outer[row, 1:]
+        fm = read(0.5 * (a + b))[row]
         for _ in range(HALVINGS):
             middle = 0.5 * (a + b)
-            fm = read(middle)[row]
-            first = np.abs(fm - fa) >= np.abs(fb - fm)
+            low_quarter, high_quarter = (read(0.5 * (middle + end))[row] for end in (a, b))
+            first = np.abs(fa - 2.0 * low_quarter + fm) >= np.abs(fm - 2.0 * high_quarter + fb)
             a, b = np.where(first, a, middle), np.where(first, middle, b)
             fa, fb = np.where(first, fa, fm), np.where(first, fm, fb)
+            fm = np.where(first, low_quarter, high_quarter)
         scale = max(1.0, float(np.nanmax(np.abs(outer[row]))))
         found += b[~(np.abs(fb - fa) < JUMP * scale)].tolist()
     places = sorted(found)

@@ -256,9 +256,9 @@ class Discretisation(ABC):
         return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], [s.A, s.m, s.sigma, s.lam]])
 
 
-#: Sum of the weights of the problems whose compiled functions are kept: some 500 MB, 150 problems
+#: Sum of the weights of the problems whose compiled functions are kept: some 300 MB, 80 problems
 #: of law (8) or a handful of a law with twenty kinks, of which every sequence of phases is one.
-MOST_KEPT = 1_000_000
+MOST_KEPT = 500_000
 
 _KEPT: OrderedDict[Discretisation, int] = OrderedDict()
 _KEPT_LOCK = threading.Lock()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.interpolate import CubicSpline
 
 from peel_opt.base.errors import InvalidInput, NoEquilibrium
 from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
@@ -268,6 +271,76 @@ class TestOwnLaws:
     def test_traction_must_be_finite(self) -> None:
         with pytest.raises(InvalidInput, match="finite"):
             CohesiveLaw(lambda u: 1.0 - ca.log1p(-u) if u < 1 else math.nan)
+
+    def test_work_must_belong_to_the_traction(self) -> None:
+        with pytest.raises(
+            InvalidInput, match=r"work of law 'custom' at u = 0\.4 is 0\.4, tau integrates to 0\.2857"
+        ):
+            CohesiveLaw(lambda u: 1 / (1 + u) ** 2, work=lambda u: u)
+
+    def test_a_bond_that_stiffens_first_is_another_model(self) -> None:
+        with pytest.raises(InvalidInput, match="initial stiffness"):
+            CohesiveLaw(lambda u: u * ca.exp(1 - u))
+
+    @pytest.mark.parametrize(
+        "tau",
+        [
+            lambda u: 1 - u if u < 1 else 0 * u,
+            lambda u: max(1 - u, 0),
+            lambda u: math.exp(-u),
+            lambda u: 1 - float(u),
+            CubicSpline(np.linspace(0, 9, 40), np.exp(-np.linspace(0, 9, 40))),
+            lambda u: (
+                1.0 if isinstance(u, float) and u == 0.0 else ca.exp(-u) if isinstance(u, float) else 0.5
+            ),
+        ],
+        ids=["if", "max", "math", "float", "spline", "constant"],
+    )
+    def test_what_casadi_cannot_take_is_refused_at_once(self, tau: Callable[[Any], Any]) -> None:
+        with pytest.raises(InvalidInput, match="CasADi expression") as refused:
+            CohesiveLaw(tau)
+        for remedy in ("casadi.if_else", "casadi.fmax", "kinks=", "casadi.interpolant"):
+            assert remedy in str(refused.value)
+
+    @pytest.mark.parametrize("tau", [lambda u: 1 - ca.sqrt(u), lambda u: 1 - u**0.7 * ca.exp(-u)])
+    def test_an_infinite_slope_at_the_start_is_named(self, tau: Callable[[Any], Any]) -> None:
+        with pytest.raises(InvalidInput, match="slope that is not finite"):
+            CohesiveLaw(tau)
+
+    @pytest.mark.parametrize(
+        ("tau", "place"),
+        [
+            (lambda u: ca.fmax(1 - u, 0), "1"),
+            (lambda u: ca.if_else(u < 1, 1, 0), "1"),
+            (lambda u: ca.exp(-u) - 0.01 * ca.fmax(u - 0.7, 0), "0.7"),
+            (lambda u: ca.exp(-u / 50) - ca.if_else(u > 123.4, 0.05, 0), "123.4"),
+            (ca.interpolant("table", "linear", [[0.0, 0.5, 2.0, 9.0]], [1.0, 0.4, 0.1, 0.0]), "0.5, 2"),
+        ],
+    )
+    def test_kinks_that_are_not_named_are_found(self, tau: Callable[[Any], Any], place: str) -> None:
+        with pytest.raises(InvalidInput, match=rf"not smooth at u = {place}\..*kinks=\({place},\)"):
+            CohesiveLaw(tau)
+
+    @pytest.mark.parametrize(
+        "tau",
+        [
+            lambda u: 0.5 * (1 - ca.tanh((u - 1) / 0.01)) / (0.5 * (1 + math.tanh(100.0))),
+            lambda u: 1 - u**1.5 * ca.exp(-u),
+            lambda u: ca.exp(-20 * u) * ca.cos(3 * u),
+        ],
+        ids=["steep", "power", "fast"],
+    )
+    def test_what_is_steep_but_smooth_has_no_kink(self, tau: Callable[[Any], Any]) -> None:
+        assert CohesiveLaw(tau).kinks == ()
+
+    def test_one_formula_cannot_stand_for_both_sides_of_a_jump(self) -> None:
+        with pytest.raises(InvalidInput, match="jumps at u = 1, and one formula"):
+            CohesiveLaw(lambda u: ca.if_else(u <= 1, 1 - 0.1 * u, 0), kinks=(1.0,))
+
+    def test_nothing_is_printed_where_a_quadrature_has_a_hard_time(self) -> None:
+        law = CohesiveLaw([lambda u: 1 - 0.1 * u, lambda u: 0.0 * u], kinks=(1.0,))
+        assert law.separation_work(3.0) == pytest.approx(0.95, rel=1e-12)
+        assert law.tip_height(0.6) == pytest.approx(0.95 / 0.6, rel=1e-12)
 
     @pytest.mark.parametrize("plateau", [0.0, -0.1, 1.0, 1.5, math.nan, math.inf, True, "0.3", None])
     def test_plateau_lies_inside_the_range(self, plateau: object) -> None:

@@ -16,10 +16,11 @@ from peel_opt.continuation.primary import PATH, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR, Piece
 from peel_opt.model.equations import Scalars, kernel
 from peel_opt.model.named_laws import exponential
+from peel_opt.residual import discretisation as base
 from peel_opt.residual import programme as nlp
 from peel_opt.residual.closures import Closure, rows
 from peel_opt.residual.discretisation import PROFILE_POINTS, chebyshev
-from peel_opt.residual.newton import correct, newton
+from peel_opt.residual.newton import closed_system, correct, newton
 from peel_opt.residual.transcriptions import Collocation, Profile, Shooting, Spectral, Transcription
 
 GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))
@@ -245,3 +246,25 @@ def test_solvability_at_zero_amplitude_is_the_critical_condition() -> None:
 def test_settings_that_cannot_be_meant(arguments: dict) -> None:
     with pytest.raises(po.InvalidInput):
         Shooting(**arguments)
+
+
+def test_compiled_problems_are_kept_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(base, "MOST_KEPT", 20_000)
+    first, second = COHESIVE.pieces
+    problems = [Spectral(11).discretise((second, first) * n) for n in range(1, 5)]
+    for problem in problems:
+        closed_system(problem, ("ratio", "pressure"))
+    assert not problems[0].closed
+    assert problems[-1].closed
+    assert sum(problem.weight for problem in problems if problem.closed) <= 20_000
+    # What was dropped comes back as it was.
+    x = np.linspace(0.1, 0.2, problems[0].size)
+    before = problems[0].residual(x)
+    problems[0].release()
+    np.testing.assert_array_equal(problems[0].residual(x), before)
+
+
+def test_more_phases_than_fit_into_memory_are_refused() -> None:
+    first, second = COHESIVE.pieces
+    with pytest.raises(po.OutOfRange, match="200 phases takes 3200 unknowns"):
+        Spectral(16).discretise((second, first) * 100)
