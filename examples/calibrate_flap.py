@@ -7,16 +7,18 @@ import sys
 from pathlib import Path
 
 import peel_opt as po
+from peel_opt.plots import picture_file, save_figure
 
 DATA = Path(__file__).parents[1] / "problems" / "calibrate_flap.csv"
 
 
 def main(picture: str | None = None) -> dict[str, float]:
     """Return the fitted numbers, and draw the fit if ``picture`` names a file."""
+    if picture is not None:
+        picture_file(picture)
     data = po.read_measurements(DATA)
     fit = po.calibrate(data, free=["adhesion_strength", "adhesion_range"], rod={"bending_stiffness": 23e-6})
     if picture is not None:
-        from peel_opt.plots import save_figure
         from peel_opt.plots.fit import fit_figure
 
         save_figure(fit_figure(fit), picture, dpi=110)

@@ -25,6 +25,8 @@ def limits() -> dict[str, tuple[float, float]]:
 
 def main(out: Path | None = None) -> dict[str, tuple[float, float]]:
     """Return the limits; with ``out``, write a chart of each material there."""
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
     found = limits()
     for name in found if out is not None else ():
         assert out is not None

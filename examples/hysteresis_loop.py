@@ -8,12 +8,14 @@ import sys
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.plots import save_figure
+from peel_opt.plots import picture_file, save_figure
 from peel_opt.plots.potential import plot_potential
 
 
 def main(picture: str | None = None) -> dict[str, float]:
     """Return jumps and areas, and draw the loops if ``picture`` names a file."""
+    if picture is not None:
+        picture_file(picture)
     solved = po.hysteresis(beta0=4.0)
     paper = po.hysteresis(beta0=4.0, form=po.NormalForm.paper())
     fitted = po.hysteresis(beta0=4.0, form=po.NormalForm.fit(po.trace(beta0=4.0, lam=(-1.0, 3.0))))

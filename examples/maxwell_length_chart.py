@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import peel_opt as po
 from peel_opt.analysis.design_relations import LEAST_RATIO, maxwell_exponent
-from peel_opt.plots import save_figure
+from peel_opt.plots import picture_file, save_figure
 
 RATIOS = np.geomspace(0.05, 1000.0, 87)  # eta/y0
 
@@ -25,6 +25,8 @@ SOURCES = {
 
 def main(picture: str | None = None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return sbar_M/y0 and d log sbar_M / d log eta by source, and draw them."""
+    if picture is not None:
+        picture_file(picture)
     chart = {
         source: (po.maxwell_length(RATIOS, source), maxwell_exponent(RATIOS, source)) for source in SOURCES
     }

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import peel_opt as po
 from peel_opt.model.series import uniform_series
-from peel_opt.plots import save_figure
+from peel_opt.plots import picture_file, save_figure
 
 BETA0 = (1.0, 2.0, 4.0, 10.0, 20.0)
 ORDERS = (1, 2, 3, 6, 12, 24, 40)
@@ -37,6 +37,8 @@ def series_errors() -> np.ndarray:
 
 def main(picture: str | None = None) -> tuple[dict[float, Points], np.ndarray]:
     """Return the table and the errors of the series, and draw the latter."""
+    if picture is not None:
+        picture_file(picture)
     table, errors = {beta0: fold_and_maxwell(beta0) for beta0 in BETA0}, series_errors()
     if picture is not None:
         figure = Figure(figsize=(6.4, 4.4), layout="constrained")

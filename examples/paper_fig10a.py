@@ -6,11 +6,13 @@ Usage: python examples/paper_fig10a.py [PICTURE]
 import sys
 
 import peel_opt as po
-from peel_opt.plots import plot_equilibrium, save_figure
+from peel_opt.plots import picture_file, plot_equilibrium, save_figure
 
 
 def main(picture: str | None = None) -> po.Equilibrium:
     """Return the equilibrium, and draw it if ``picture`` names a file."""
+    if picture is not None:
+        picture_file(picture)
     eq = po.equilibrium(beta0=53.16, beta1=113.1)
     if picture is not None:
         save_figure(plot_equilibrium(eq).figure, picture)

@@ -12,7 +12,7 @@ import argparse
 import numpy as np
 
 import peel_opt as po
-from peel_opt.plots import save_figure
+from peel_opt.plots import picture_file, save_figure
 
 #: Transparent tape with adhesives of 0.3 to 0.8 MPa.
 BACKING = {"bending_stiffness": 9.5e-6, "adhesion_range": 0.4e-3}  # k [N m], y0 [m]
@@ -22,6 +22,8 @@ LENGTHS = np.linspace(0.85e-3, 1.3e-3, 19)  # [m]
 
 def main(picture: str | None = None, journal: str | None = None, workers: int | None = None) -> po.Sweep:
     """Return the sweep, and draw it."""
+    if picture is not None:
+        picture_file(picture)
     axes = BACKING | {"adhesion_strength": STRENGTHS, "length": LENGTHS}
     chart = po.sweep(axes, journal=journal, workers=workers)
     if picture is not None:

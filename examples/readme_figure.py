@@ -4,14 +4,16 @@ Usage: python examples/readme_figure.py [PICTURE]
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.plots import plot_family, save_figure
+from peel_opt.plots import picture_file, plot_family, save_figure
 from peel_opt.plots.style import family_colours
 
+OWN = Path(__file__).parents[1] / "docs" / "img" / "readme.png"
 SHOWN = (120e3, 90e3, 60e3, 45e3, 30e3)  # Pa, of the shapes drawn
 
 
@@ -61,6 +63,7 @@ def main(points: int = 48) -> tuple[Figure, list[po.Equilibrium]]:
 
 
 if __name__ == "__main__":
+    path = picture_file(*(sys.argv[1:2] or [OWN]))
     picture, found = main()
-    path = save_figure(picture, (sys.argv[1:2] or ["docs/img/readme.png"])[0], dpi=140)
+    save_figure(picture, path, dpi=140)
     print(f"{path}: {sum(eq.certified for eq in found)} of {len(found)} points certified")

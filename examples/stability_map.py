@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.plots import save_figure
+from peel_opt.plots import picture_file, save_figure
 
 KINDS = {
     "index 1": ("#D55E00", "falls away (index 1)"),
@@ -34,6 +34,8 @@ def spans(ratio: float, points: int) -> list[tuple[str, float, float]]:
 
 def main(ratios: np.ndarray | None = None, points: int = 40, out: Path | None = None) -> dict[float, list]:
     """Return the spans of each ratio; with ``out``, draw them."""
+    if out is not None:
+        picture_file(out)
     ratios = np.geomspace(0.05, 20.0, 49) if ratios is None else ratios
     found = {float(ratio): spans(float(ratio), points) for ratio in ratios}
     if out is not None:

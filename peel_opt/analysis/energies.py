@@ -21,6 +21,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import brentq
 
+from ..base.arrays import Columns
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..continuation.family import Family
 from ..equilibria.assembly import discretised, law_of, transcription_from, walked
@@ -34,8 +35,8 @@ from ..residual.spectral import gauss, integration_matrix
 POINTS = 32
 
 
-@dataclass(frozen=True, eq=False)
-class Energies:
+@dataclass(frozen=True, eq=False, repr=False)
+class Energies(Columns):
     """Energies along a branch; arrays have shape (n,).
 
     Parameters

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ..base.arrays import Columns
 from ..base.drawing import draw
 from ..base.quadrature import Grid
 from ..equilibria.branch import Branch
@@ -48,8 +49,8 @@ class Jump:
         return abs(self.alpha1_after - self.alpha1_before)
 
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Columns):
     """States in the order in which a sweep visits them; at a jump both, at the same lambda.
 
     Parameters

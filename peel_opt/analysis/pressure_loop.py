@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from ..base.arrays import Columns
 from ..base.drawing import draw
 from ..base.errors import NoEquilibrium
 from ..base.quadrature import Grid
@@ -61,8 +62,8 @@ class PressureJump:
         return abs(self.length_after - self.length_before)
 
 
-@dataclass(frozen=True, eq=False)
-class PressureSweep:
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureSweep(Columns):
     """States in the order in which a sweep visits them; at a jump both, at the same pressure.
 
     Parameters

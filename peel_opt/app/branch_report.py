@@ -20,8 +20,10 @@ KINDS = {
     "LP-lambda": "fold in lambda",
     "LP-length": "fold in length",
     "LP-pressure": "fold in pressure",
+    "LP-ratio": "fold in eta/y0",
     "y=y0": "rod reaches or leaves y = y0",
     "contact": "tip touches the plate",
+    "self-contact": "rod meets itself",
 }
 
 _DIGITS = 10

@@ -1,7 +1,8 @@
-"""What callers give as arrays, units taken off, and arrays that are handed out and must not change."""
+"""What callers give as arrays, units taken off; what is handed out does not change and prints in a line."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,31 @@ def read_only(values: Any) -> np.ndarray:
     array = np.array(values)
     array.flags.writeable = False
     return array
+
+
+class Columns:
+    """A dataclass of arrays whose repr has a line for each: how many values, and from where to where."""
+
+    def __repr__(self) -> str:
+        named = [(f.name, getattr(self, f.name)) for f in fields(self) if f.repr]  # type: ignore[arg-type]
+        lines = [f"{name}: {brief(value)}" for name, value in named]
+        tree = [f"{'└─' if line is lines[-1] else '├─'} {line}" for line in lines]
+        return "\n".join([type(self).__name__, *tree])
+
+
+def brief(value: Any) -> str:
+    """Return a value in a few words, an array by its size and its ends.
+
+    Examples
+    --------
+    >>> brief(np.array([3.0, 1.0, np.nan]))
+    '3 values, 1 to 3, some nan'
+    """
+    if not isinstance(value, np.ndarray):
+        return f"{value:.6g}" if isinstance(value, float) else repr(value)
+    size = f"{'x'.join(map(str, value.shape))} values" if value.ndim else "one value"
+    if value.dtype.kind not in "fiu":
+        return f"{size}, {', '.join(map(str, np.unique(value)[:6]))}" if value.size else size
+    known = value[np.isfinite(value)] if value.dtype.kind == "f" else value
+    ends = f", {known.min() + 0.0:.6g} to {known.max() + 0.0:.6g}" if known.size else ""
+    return f"{size}{ends}{', some nan' if known.size < value.size else ''}"

@@ -15,7 +15,7 @@ from ..base.drawing import draw
 from ..base.errors import InvalidInput
 from ..model.equations import PI4
 from ..model.rod import Rod
-from .branch_parts import Solutions, SpecialPoint, Trivial
+from .branch_parts import SPECIAL_KINDS, Solutions, SpecialPoint, Trivial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -194,7 +194,18 @@ class Branch:
         return replace(self, **columns, special_points=kept, solutions=solutions, index=index, ended="slice")
 
     def special(self, kind: str) -> tuple[SpecialPoint, ...]:
-        """Special points of one kind, in order along the branch."""
+        """Special points of one kind, in order along the branch; none where the branch has none of them.
+
+        Raises
+        ------
+        InvalidInput
+            If there is no such kind.
+        """
+        known = dict.fromkeys([*SPECIAL_KINDS, *(p.kind for p in self.special_points)])
+        if kind not in known:
+            raise InvalidInput(
+                f"there is no kind of special point {kind!r}.", remedy=f"Kinds are {', '.join(known)}."
+            )
         return tuple(p for p in self.special_points if p.kind == kind)
 
     # --- out ----------------------------------------------------------------------------
@@ -240,7 +251,7 @@ class Branch:
             ranges = {"lambda": self.lam, "alpha1": self.alpha1}
             if np.all(self.beta0 > 0.0):
                 ranges |= {"p/T0": self.pressure_ratio, "sbar/eta": self.sigma}
-            lines += [f"├─ {name} {v.min():.6g} to {v.max():.6g}" for name, v in ranges.items()]
+            lines += [f"├─ {name} {v.min() + 0.0:.6g} to {v.max() + 0.0:.6g}" for name, v in ranges.items()]
             lines.append(
                 f"├─ error up to {self.error.max():.1e}, certificate up to {self.certificate.max():.1e}"
             )

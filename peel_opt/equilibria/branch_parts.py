@@ -6,8 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.arrays import read_only
+from ..base.arrays import Columns, read_only
 from ..model.bond import CohesiveLaw
+
+#: Kinds of special points.
+SPECIAL_KINDS = (
+    "BP",
+    "LP-lambda",
+    "LP-length",
+    "LP-pressure",
+    "LP-ratio",
+    "y=y0",
+    "contact",
+    "self-contact",
+)
 
 
 @dataclass(frozen=True)
@@ -17,9 +29,9 @@ class SpecialPoint:
     Parameters
     ----------
     kind : str
-        "BP" (branch point of the straight rod), "LP-lambda", "LP-length", "LP-pressure" (folds),
-        "y=y0" (the rod reaches the end of the bond), "contact" (the tip touches the plate),
-        "self-contact" (the rod meets itself).
+        "BP" (branch point of the straight rod), "LP-lambda", "LP-length", "LP-pressure" and
+        "LP-ratio" (folds), "y=y0" (the rod reaches the end of the bond), "contact" (the tip touches
+        the plate), "self-contact" (the rod meets itself).
     status : {"located", "bracketed", "exact"}
     bracket : tuple of float
         Arclengths between which it lies.
@@ -39,8 +51,8 @@ class SpecialPoint:
     length_ratio: float
 
 
-@dataclass(frozen=True, eq=False)
-class Trivial:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trivial(Columns):
     """The straight rod at p = T0, for every lambda: alpha1 = 0."""
 
     lam: np.ndarray

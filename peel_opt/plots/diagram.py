@@ -15,6 +15,7 @@ from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
 from . import style
+from .axes import axes_or
 from .dispatch import draw
 from .frame import add_legend
 from .words import AxisUnit, length_unit, pressure_unit
@@ -122,7 +123,7 @@ def plot_branch(
     names = (x or default[0], y or default[1])
     units = [_unit(branch, name) for name in names]
     across, up = (_column(branch, name) / unit.size for name, unit in zip(names, units, strict=True))
-    ax = _own_axes() if ax is None else ax
+    ax = axes_or(ax, _own_axes)
     if names == ("lam", "alpha1") and branch.trivial is not None:
         _draw_straight(ax, branch)
     for rows, stable, spurious in _runs(branch):

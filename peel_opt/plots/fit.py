@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from ..model.rod import UNITS
 from ..studies.calibrate.result import Calibration
+from .axes import require_axes
 from .dispatch import draw
 from .style import PRESSURE, ROD, SMALL
 from .words import length_unit, pressure_unit, quantity
@@ -52,6 +53,9 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
         figure = Figure(figsize=(6.4, 6.0), layout="constrained")
         ax, own = figure.subplots(2, 1, gridspec_kw={"height_ratios": [3, 1]})
         residuals = own if residuals is None else residuals
+    ax = require_axes(ax)
+    if residuals is not None:
+        require_axes(residuals, "residuals")
     seen = fit.observations
     lengths = [
         o.length if o.length is not None else eq.length for o, eq in zip(seen, fit.equilibria, strict=True)
@@ -159,6 +163,7 @@ def plot_shapes(fit: Calibration, ax: Axes) -> Axes:
         for o, eq, origin in zip(fit.observations, fit.equilibria, fit.origins, strict=True)
         if o.points is not None
     ]
+    ax = require_axes(ax)
     unit = length_unit(fit.rod, max(float(np.ptp(eq.x)) for _, eq, _ in shapes))
     for points, eq, origin in shapes:
         ax.plot(eq.x / unit.size, eq.y / unit.size, color=PRESSURE, linewidth=1.6)

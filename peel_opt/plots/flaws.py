@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from . import style
+from .axes import axes_or
 from .words import length_unit, pressure_unit
 
 #: Ratio of the longest to the shortest length of the barrier above which axes are logarithmic.
@@ -36,8 +37,7 @@ def plot_flaw_chart(branch: Branch, ax: Axes | None = None) -> Axes:
     """
     if branch.rod is None or not branch.special("LP-pressure") or not np.any(branch.state == "middle"):
         raise InvalidInput("a flaw chart needs the branch of a rod past its minimum pressure.")
-    if ax is None:
-        ax = Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
+    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
     least = branch.special("LP-pressure")[0].index
     rod, barrier = branch.rod, slice(0, least + 1)
     lengths = length_unit(rod, float(branch.length[barrier].max()))

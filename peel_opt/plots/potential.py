@@ -14,6 +14,7 @@ from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.potential import EffectivePotential
 from ..analysis.pressure_loop import PressureLoop
 from . import style
+from .axes import axes_or
 from .dispatch import draw
 
 #: Lines of neighbouring curves, which differ in grey too.
@@ -42,7 +43,7 @@ def plot_potential(
     -------
     Axes
     """
-    ax = _own_axes() if ax is None else ax
+    ax = axes_or(ax, _own_axes)
     named = _named(potential) if lam is None else [(float(value), f"{value:.4g}") for value in lam]
     lowest = min(float(x) for value, _ in named for x in [0.0, *potential.alpha1(value)])
     span = max(-lowest, 1e-3)
@@ -92,7 +93,7 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    ax = _own_axes() if ax is None else ax
+    ax = axes_or(ax, _own_axes)
     if loop.branch is not None:
         inside = loop.branch.state == "middle"
         _unvisited(ax, loop.branch.lam[inside], loop.branch.alpha1[inside], "middle branch")
@@ -126,7 +127,7 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    ax = _own_axes() if ax is None else ax
+    ax = axes_or(ax, _own_axes)
     T0, eta = loop.rod.adhesion_strength, loop.rod.eta
     _unvisited(ax, loop.between.pressure / T0, loop.between.length / eta, "unfolded states")
     up, down = ((sweep.pressure / T0, sweep.length / eta) for sweep in (loop.up, loop.down))

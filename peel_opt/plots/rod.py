@@ -12,6 +12,7 @@ from matplotlib.patheffects import withStroke
 from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
 from . import style
+from .axes import axes_or
 from .dispatch import draw
 from .forces import Arrows, Forces, forces_on
 from .frame import Scene, add_legend, dress, own_axes, stage
@@ -48,7 +49,7 @@ def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = 
     x, y = eq.x / unit.size, eq.y / unit.size
     scene = stage(x, y, _range(eq, unit))
     forces = forces_on(eq, x, y, scene.stretch, scene.arrow)
-    ax = own_axes(scene) if ax is None else ax
+    ax = axes_or(ax, lambda: own_axes(scene))
     corners = np.concatenate(
         [
             np.stack([x, y], axis=-1),
@@ -107,7 +108,7 @@ def plot_family(
     x, y = (np.concatenate(parts) for parts in zip(*shapes, strict=True))
     shared = ranges[0] if all(np.allclose(r or 0.0, ranges[0] or 0.0) for r in ranges) else None
     scene = stage(x, y, shared)
-    ax = own_axes(scene) if ax is None else ax
+    ax = axes_or(ax, lambda: own_axes(scene))
     dress(ax, scene, unit, np.stack([x, y], axis=-1))
     ax.plot([0.0, scene.right], [0.0, 0.0], color=style.ROD, linewidth=style.ROD_WIDTH, zorder=3)
     for (xs, ys), name, shade in zip(shapes, names, style.family_colours(len(family)), strict=True):

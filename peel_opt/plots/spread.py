@@ -13,6 +13,7 @@ from ..base.errors import InvalidInput
 from ..model.rod import Rod
 from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated
 from . import style
+from .axes import axes_or
 from .dispatch import draw
 from .words import AxisUnit, length_unit, pressure_unit
 
@@ -49,8 +50,7 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     values = found.found
     if values.size < 2 or np.ptp(values) == 0.0:
         raise InvalidInput(f"too few samples of {found.name} have an answer to draw their distribution.")
-    if ax is None:
-        ax = Figure(figsize=(6.4, 4.2), layout="constrained").add_subplot()
+    ax = axes_or(ax, lambda: Figure(figsize=(6.4, 4.2), layout="constrained").add_subplot())
     unit = _unit(found)
     values = values / unit.size
     bins = min(60, max(12, round(math.sqrt(values.size))))

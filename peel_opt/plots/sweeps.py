@@ -10,6 +10,7 @@ from ..base.errors import InvalidInput
 from ..model.rod import Rod
 from ..studies.sweep.table import Sweep
 from . import style
+from .axes import axes_or
 from .diagram import LABELS
 from .dispatch import draw
 from .words import AxisUnit, length_unit, pressure_unit
@@ -64,8 +65,7 @@ def plot_sweep(sweep: Sweep, ax: Axes | None = None, *, column: str | None = Non
             f"a sweep over {len(sweep.shape)} axes cannot be drawn.",
             remedy="Hold all but two of them, or use to_xarray() and select.",
         )
-    if ax is None:
-        ax = Figure(figsize=(6.4, 4.4), layout="constrained").add_subplot()
+    ax = axes_or(ax, lambda: Figure(figsize=(6.4, 4.4), layout="constrained").add_subplot())
     if len(sweep.shape) == 1:
         _curves(sweep, ax, column, values[None, :], next(iter(sweep.axes)), None)
     else:

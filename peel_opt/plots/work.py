@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from ..studies.tradeoff.run import WorkPrecision
 from . import style
+from .axes import axes_or
 from .dispatch import draw
 from .words import ANSWERS
 
@@ -35,8 +36,7 @@ def plot_work(table: WorkPrecision, ax: Axes | None = None) -> Axes:
 
     Below the grey line errors are those of the reference, and are drawn on it.
     """
-    if ax is None:
-        ax = Figure(layout="constrained").subplots()
+    ax = axes_or(ax, lambda: Figure(layout="constrained").subplots())
     least = max(table.reference_error, _LEAST)
     others = 0
     for method in table.methods:

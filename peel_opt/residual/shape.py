@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
 
+from ..base.arrays import Columns
 from ..model.bond import CohesiveLaw
 from .discretisation import Discretisation, chebyshev
 
@@ -17,8 +18,8 @@ DENSE_POINTS = 101
 QUADRATURE_POINTS = 65
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
+@dataclass(frozen=True, eq=False, repr=False)
+class Shape(Columns):
     """Fields of (12) along 0 <= xi <= 1, from the free tip to the detachment point.
 
     All arrays have shape (n,).  Lengths are in units of sbar, forces in k/sbar^2, and the

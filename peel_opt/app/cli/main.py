@@ -9,9 +9,10 @@ import argparse
 import os
 import re
 import shlex
+import shutil
 import sys
-from collections.abc import Sequence
-from contextlib import redirect_stderr
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from ... import __version__
@@ -79,7 +80,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     try:
-        code: int = arguments.command(arguments)
+        with _drawing(arguments):
+            code: int = arguments.command(arguments)
     except PeelOptError as error:
         complain(error)
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
@@ -87,6 +89,35 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("interrupted")
         return INTERRUPTED
     return code
+
+
+@contextmanager
+def _drawing(arguments: argparse.Namespace) -> Iterator[None]:
+    """Let pictures depend on no setting of Matplotlib that this machine cannot follow.
+
+    They need no backend, and under a wrong name of one Matplotlib cannot even be imported; texts
+    are set by Matplotlib itself where there is no LaTeX.
+    """
+    window = getattr(arguments, "backend", None) == "mpl"
+    named = None if window else os.environ.pop("MPLBACKEND", None)
+    try:
+        if window or (getattr(arguments, "out", None) and not getattr(arguments, "no_plot", False)):
+            without_latex = {} if shutil.which("latex") else {"text.usetex": False}
+            with _matplotlib().rc_context(without_latex):
+                yield
+        else:
+            yield
+    finally:
+        if named is not None:
+            os.environ["MPLBACKEND"] = named
+
+
+def _matplotlib() -> Any:
+    try:
+        import matplotlib as mpl
+    except ValueError as error:  # MPLBACKEND names none that it knows
+        raise InvalidInput(f"Matplotlib cannot be used: {str(error).split(';')[0]}.") from error
+    return mpl
 
 
 def _parsed(argv: Sequence[str]) -> argparse.Namespace:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...base.arrays import Columns
 from ...base.checks import positive, whole
 from ...base.errors import InvalidInput, NotConverged
 from ...model.rod import MATERIAL
@@ -43,8 +44,8 @@ class BetterFit(NotConverged):
     """A profile came below the fit it starts from, which then is no minimum to measure from."""
 
 
-@dataclass(frozen=True, eq=False)
-class Profile:
+@dataclass(frozen=True, eq=False, repr=False)
+class Profile(Columns):
     """A profile likelihood.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.arrays import Columns
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...base.files import write_csv
@@ -25,8 +26,8 @@ LINEAR_ENOUGH = 0.1
 SHARP_ENOUGH = 0.2
 
 
-@dataclass(frozen=True, eq=False)
-class SobolIndices:
+@dataclass(frozen=True, eq=False, repr=False)
+class SobolIndices(Columns):
     """Which input causes how much of the variance, with 95 % bootstrap intervals.
 
     Parameters
@@ -60,8 +61,8 @@ class SobolIndices:
         return words if self.width <= SHARP_ENOUGH else f"{words}: not sharp, take more samples"
 
 
-@dataclass(frozen=True, eq=False)
-class Propagated:
+@dataclass(frozen=True, eq=False, repr=False)
+class Propagated(Columns):
     """One number and how uncertain it is, by linearisation and by sampling.
 
     Parameters
