@@ -89,3 +89,22 @@ def test_short_and_long_flaws_have_their_own_limits() -> None:
         safe_pressure(rod, math.nan)
     with pytest.raises(po.InvalidInput):
         safe_pressure(rod, -1.0)
+
+
+def test_results_of_many_arrays_print_in_a_few_lines() -> None:
+    branch = po.trace(po.Rod.from_ratio(1.0), points=24)
+    found = po.energies(branch)
+    lines = repr(found).splitlines()
+    assert lines[0] == "Energies"
+    assert f"├─ A: {len(found.A)} values, 0 to {found.A.max():.6g}" in lines
+    assert len(lines) == 8
+    for other in (po.hysteresis(beta0=4.0, points=5).up, po.length_given_pressure(branch.rod, 0.8).shape):
+        assert max(map(len, repr(other).splitlines())) < 100
+    assert "to -0" not in repr(po.trace(beta0=4.0, lam=(-1.0, 1.0), points=8))
+
+
+def test_a_kind_of_special_point_that_does_not_exist_is_no_empty_answer() -> None:
+    branch = po.trace(po.Rod.from_ratio(1.0), points=24)
+    assert branch.special("LP-lambda") == ()
+    with pytest.raises(po.InvalidInput, match=r"no kind of special point 'LP'\. Kinds are BP, LP-lambda,"):
+        branch.special("LP")

@@ -161,6 +161,7 @@ def test_each_answer_gets_a_picture(call, tmp_path):
 
 OTHER = ["--k", "24 uN m", "--T0", "140 kPa", "--y0", "0.73 mm"]
 FAST = ["--no-plot", "--points", "8"]
+SPREAD = ["uncertainty", "--samples", "2", "--no-indices", "--workers", "1", "--no-plot"]
 
 
 @pytest.mark.parametrize(
@@ -172,20 +173,7 @@ FAST = ["--no-plot", "--points", "8"]
         (["hysteresis", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "hysteresis-beta0-4-delay", "npz csv"),
         (["trace", "--beta0", "4", *FAST], ["--lam", "-2", "2"], "branch-beta0-4", "npz csv"),
         (
-            [
-                "uncertainty",
-                *ROD[:4],
-                "--y0",
-                "0.7 mm +- 1 %",
-                "--pressure",
-                "90 kPa",
-                "--samples",
-                "2",
-                "--no-indices",
-                "--workers",
-                "1",
-                "--no-plot",
-            ],
+            [*SPREAD, *ROD[:4], "--y0", "0.7 mm +- 1 %", "--pressure", "90 kPa"],
             ["--pressure", "91 kPa"],
             "samples",
             "csv",
@@ -449,6 +437,35 @@ def test_where_no_sample_has_an_answer_the_code_says_so(call, monkeypatch):
     code, out, err = call("uncertainty", *spread)
     assert (code, err) == (1, "peel-opt: no sample has an answer\n")
     assert "100 % of 8 samples have no answer (8 no-equilibrium)" in out
+
+
+@pytest.mark.parametrize(
+    ("setting", "backend"), [("text.usetex: True", ""), ("", "nonsense")], ids=["usetex", "backend"]
+)
+def test_pictures_need_neither_latex_nor_a_backend(setting, backend, tmp_path):
+    (tmp_path / "matplotlibrc").write_text(setting)
+    environ = {**os.environ, "MATPLOTLIBRC": str(tmp_path), "MPLBACKEND": backend or "agg"}
+    environ["PATH"] = str(tmp_path)  # no LaTeX there
+    asked = ("-m", "peel_opt", "length", "--ratio", "1", "--pressure", "0.8", "--out", str(tmp_path / "out"))
+    result = process(*asked, env=environ)
+    assert (result.returncode, result.stderr) == (0, b"")
+    assert (tmp_path / "out" / "length-at-0.8.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_window_under_a_backend_that_is_none_is_refused_in_one_line():
+    asked = ("-m", "peel_opt", "explore", "--backend", "mpl")
+    result = process(*asked, env={**os.environ, "MPLBACKEND": "nonsense"})
+    assert result.returncode == 2
+    assert result.stderr.count(b"\n") == 1
+    assert b"'nonsense' is not a valid value for backend" in result.stderr
+
+
+def test_the_folder_of_a_page_is_made(call, tmp_path, monkeypatch):
+    from peel_opt.app.explorer import export
+
+    monkeypatch.setattr(export, "write_page", lambda path, *_: Path(path))
+    assert call("explore", "--export", tmp_path / "new" / "page.html")[0] == 0
+    assert (tmp_path / "new").is_dir()
 
 
 def test_a_plain_terminal_gets_its_table(mixed):

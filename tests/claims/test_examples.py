@@ -131,6 +131,13 @@ def test_inverse_design() -> None:
     assert found["thinnest"].free["thickness"] < found["thickest that heals"].free["thickness"]
 
 
+def test_every_picture_of_an_example_has_its_place_before_the_work() -> None:
+    for path in EXAMPLES:
+        text = path.read_text(encoding="utf-8")
+        if "save_figure(" in text:
+            assert "picture_file(" in text or "mkdir(parents=True" in text, path.name
+
+
 def test_every_example_is_tested() -> None:
     tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parents[1].rglob("test_*.py"))
     assert [path.stem for path in EXAMPLES if f"def test_{path.stem}(" not in tests] == []

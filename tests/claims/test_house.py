@@ -172,7 +172,10 @@ def test_reading_a_file_never_runs_code(module: Module) -> None:
         called = ast.unparse(node.func)
         assert called not in ("eval", "exec", "compile")
         # What goes to a worker process and comes back from it is no file.
-        assert not called.startswith("pickle.") or module.name in ("studies.sweep.workers", "studies.sweep.process")
+        assert not called.startswith("pickle.") or module.name in (
+            "studies.sweep.workers",
+            "studies.sweep.process",
+        )
         if called == "np.load":
             given = {k.arg: ast.unparse(k.value) for k in node.keywords}
             assert given.get("allow_pickle") == "False", f"line {node.lineno}"

@@ -22,10 +22,21 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
 
 
-def run_as_script(text: str, folder: Path) -> str:
-    """Run the Python of a page as a reader would, below each other in a file, and return what it prints."""
+#: A comment that says what is printed on its line, not why: a value, or a text with "..." in it.
+CLAIM = re.compile(r"^ *print\(.*\)  # ((?:[-\[({'\"\d]|.*\.\.\.).*)$")
+
+#: Stands before a script: what is printed begins with a mark and the line that printed it.
+MARKING = "import sys; print = lambda *v, p=print: p(f'\\x1e{sys._getframe(1).f_lineno}', *v)"
+
+
+def run_as_script(text: str, folder: Path) -> list[str]:
+    """Run the Python of a page as a reader would, its blocks below each other in a file.
+
+    Returns what it prints; fails where a comment beside a print says something else.
+    """
     blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
-    (script := folder / "script.py").write_text("\n".join(blocks), encoding="utf-8")
+    lines = "\n".join([MARKING, *blocks]).splitlines()
+    (script := folder / "script.py").write_text("\n".join(lines), encoding="utf-8")
     run = subprocess.run(
         [sys.executable, "-W", "error", str(script)],
         cwd=ROOT,
@@ -35,13 +46,39 @@ def run_as_script(text: str, folder: Path) -> str:
         check=False,
     )
     assert (run.stderr, run.returncode) == ("", 0)
-    return run.stdout
+    printed = []
+    for record in run.stdout.split("\x1e")[1:]:
+        number, _, said = record.removesuffix("\n").partition(" ")
+        printed.append(said)
+        if claim := CLAIM.match(lines[int(number) - 1]):
+            same = doctest.OutputChecker().check_output(claim[1], said, doctest.ELLIPSIS)
+            assert same, f"the page says {claim[1]!r}, printed is {said!r}"
+    return printed
 
 
-def test_python_blocks_run_in_order(tmp_path: Path) -> None:
+def test_python_blocks_run_in_order_and_print_what_their_comments_say(tmp_path: Path) -> None:
     printed = run_as_script(README, tmp_path)
-    assert "(lower, cohesive law)" in printed
-    assert "nearest that does exist" in printed
+    assert any("(lower, cohesive law)" in text for text in printed)
+    assert any("nearest that does exist" in text for text in printed)
+
+
+def page_of(code: str) -> str:
+    return f"```python\n{code}\n```\n"
+
+
+def test_a_comment_that_claims_something_else_is_found(tmp_path: Path) -> None:
+    for claim in ("[1, 2]", "... and more", "1, ...", "-1.5"):
+        with pytest.raises(AssertionError, match="the page says"):
+            run_as_script(page_of(f"print(2)  # {claim}"), tmp_path)
+    true = "print(2)  # 2\nprint(2)  # because\nfor i in (1, 2):\n    print('at', i)  # at ..."
+    assert run_as_script(page_of(true), tmp_path) == ["2", "2", "at 1", "at 2"]
+
+
+def test_the_groups_of_the_readme_are_those_of_a_valid_state() -> None:
+    calls = re.findall(r"`(po\.equilibrium\([^`]*\))`", README)
+    assert calls
+    for call in calls:
+        assert eval(call, {"po": peel_opt}).valid, call
 
 
 @pytest.mark.parametrize(

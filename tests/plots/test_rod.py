@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 
 import peel_opt as po
 from peel_opt.equilibria.result import DISQUALIFYING, Equilibrium
-from peel_opt.plots import plot_equilibrium, plot_family, save_figure
+from peel_opt.plots import picture_file, plot_equilibrium, plot_family, save_figure
 from peel_opt.plots.forces import COUNT, adhesive_force
 from peel_opt.plots.words import length_unit, quantity
 
@@ -44,6 +45,58 @@ def shape(name: str) -> Equilibrium:
         "mems": lambda: po.length_given_pressure(MEMS, 8.9e4),
     }
     return makers[name]()
+
+
+def _polar() -> Axes:
+    return Figure().add_subplot(projection="polar")
+
+
+@pytest.mark.parametrize(
+    ("ax", "words"),
+    [
+        (lambda: Figure().subplots(2), "one Axes, got 2 of them"),
+        (lambda: list(Figure().subplots(2)), "one Axes, got 2 of them"),
+        (Figure, "an Axes, got a figure. Give figure.add_subplot()"),
+        (lambda: Figure().subfigures(), "an Axes, got a figure"),
+        (_polar, "the projection 'polar'"),
+        (lambda: Figure().add_subplot(projection="3d"), "the projection '3d'"),
+        (lambda: 3, "an Axes of Matplotlib, got int"),
+    ],
+)
+@pytest.mark.parametrize("drawn", ["equilibrium", "family", "branch", "loop", "potential", "table", "sweep"])
+def test_axes_that_cannot_be_drawn_into_are_refused(ax, words, drawn):
+    with pytest.raises(po.InvalidInput, match=re.escape(words)):
+        _drawers()[drawn](ax())
+
+
+@cache
+def _drawers():
+    from functools import partial
+
+    from peel_opt.plots.potential import plot_potential
+
+    branch = po.trace(beta0=4.0, lam=(-1.0, 1.0), points=8)
+    table = po.tradeoff(
+        partial(po.equilibrium, beta0=4.0, lam=1.0), methods=("series",), tols=(1e-3,), repeats=1
+    )
+    return {
+        "equilibrium": shape("within").plot,
+        "family": lambda ax: plot_family([shape("within")], ax),
+        "branch": branch.plot,
+        "loop": po.hysteresis(beta0=4.0, points=5).plot,
+        "potential": lambda ax: plot_potential(po.NormalForm.paper().at(4.0), ax=ax),
+        "table": table.plot,
+        "sweep": po.sweep({"ratio": [1.0, 2.0], "pressure_ratio": 0.8}, workers=1).plot,
+    }
+
+
+def test_the_place_of_a_picture_is_made_before_the_work(tmp_path):
+    path = tmp_path / "deep" / "er" / "a.png"
+    assert picture_file(path) == path
+    assert path.parent.is_dir()
+    with pytest.raises(po.InvalidInput, match="format"):
+        picture_file(tmp_path / "other" / "a.txt")
+    assert not (tmp_path / "other").exists()
 
 
 def artist(ax: Axes, gid: str):
