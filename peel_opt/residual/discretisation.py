@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -141,7 +141,14 @@ class Discretisation(ABC):
         self.closed.clear()
 
     #: Properties that hold compiled functions, or the expressions they are made of.
-    _compiled = ("expression", "linearised", "_linearise", "_residual", "tip_height", "_profile_sampler")
+    _compiled: ClassVar[tuple[str, ...]] = (
+        "expression",
+        "linearised",
+        "_linearise",
+        "_residual",
+        "tip_height",
+        "_profile_sampler",
+    )
 
     @property
     def size(self) -> int:

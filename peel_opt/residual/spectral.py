@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -92,7 +93,7 @@ class SpectralDiscretisation(Discretisation):
 
     settings: Spectral
 
-    _compiled = (*Discretisation._compiled, "_fields")
+    _compiled: ClassVar[tuple[str, ...]] = (*Discretisation._compiled, "_fields")
 
     def __init__(self, settings: Spectral, phases: Phases) -> None:
         self.settings = settings

@@ -511,7 +511,9 @@ def test_laws_of_one_name_are_told_apart_on_every_piece_and_far_out() -> None:
         return po.CohesiveLaw(shapes, kinks=(40.0, 40.5), name="mine")
 
     def slow(scale: float) -> po.CohesiveLaw:
-        return po.CohesiveLaw(lambda u: 1.0 - (u > 800.0) * scale, name="mine")
+        return po.CohesiveLaw(
+            (lambda u: 1.0 + 0.0 * u, lambda u: 1.0 - scale + 0.0 * u), kinks=(800.0,), name="mine"
+        )
 
     laws = (stepped(0.1, 0.1), stepped(0.2, 0.1), stepped(0.1, 0.2), slow(0.1), slow(0.2))
     found = [repr(sweep_plan.Options(law).identity()) for law in laws]
