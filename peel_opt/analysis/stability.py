@@ -7,38 +7,27 @@ theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integratio
 
 and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
 motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
-rod, so K is not symmetric.  Where the traction of the law jumps by [tau] at a height y_k, that
-height moves along the rod by delta y / |y'|, and with it the bond that has already let go:
-
-    delta f = -T0 tau'(y) delta y - T0 [tau] delta(xi - xi_k) delta y / |y'(xi_k)|,
-
-a spring at the point xi_k, negative for a traction that drops.  With inertia replaced by viscous
-drag the same mu are rates of decay.  Counts of eigenvalues depend on the inertia assumed; the
-sign of det K does not.
+rod, so K is not symmetric (`motion_matrices`).  With inertia replaced by viscous drag the same mu are
+rates of decay.  Counts of eigenvalues depend on the inertia assumed; the sign of det K does not.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
-import casadi as ca
 import numpy as np
-from numpy.polynomial import legendre
-from scipy.linalg import eig
 
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..equilibria.assembly import discretised
 from ..equilibria.branch import Branch
 from ..equilibria.result import Equilibrium
-from ..model.bond import Piece
-from ..model.equations import Scalars
 from ..residual.closures import Closure
-from ..residual.discretisation import Discretisation, shared_kink
+from ..residual.discretisation import Discretisation
 from ..residual.newton import correct
 from ..residual.shape import Solution
-from ..residual.spectral import Spectral, gauss, integration_matrix
+from ..residual.spectral import Spectral
+from .motion_matrices import Motions
 
 #: Polynomial degrees per phase of the two solves whose difference is the error.
 DEGREES = (16, 22)
@@ -48,9 +37,6 @@ REPORTED = 4
 
 #: What states on other meshes are solved again on, and how far a state may be from itself there.
 FINER, SAME = Spectral(32), 0.1
-
-#: A jump of the traction over T0 up to here is rounding.
-NO_JUMP = 1e-9
 
 #: Imaginary part, relative to the magnitude, from which a pair counts as complex.
 COMPLEX = 1e-7
@@ -123,7 +109,7 @@ def analyse(problem: Discretisation, x: np.ndarray, given: Closure | None = None
     """
     states = (problem, x), _finer(problem, x, given)
     with one_thread(max(DEGREES) * len(problem.phases)):
-        return _analysed(*(_Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True)))
+        return _analysed(*(Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True)))
 
 
 def _finer(
@@ -147,7 +133,7 @@ def _finer(
     )
 
 
-def _analysed(coarse: _Motions, fine: _Motions) -> Stability:
+def _analysed(coarse: Motions, fine: Motions) -> Stability:
     mu, rough = fine.eigenvalues(), coarse.eigenvalues()
     lowest = mu[:REPORTED]
     error = float(np.max(np.abs(lowest - rough[: len(lowest)]) / (1.0 + np.abs(lowest))))
@@ -175,130 +161,6 @@ def _is_real(mu: np.ndarray) -> np.ndarray:
 def _negative(mu: np.ndarray, error: float) -> int:
     """Count the real eigenvalues that are negative beyond their error."""
     return int(np.sum(_is_real(mu) & (mu.real < -error * (1.0 + np.abs(mu)))))
-
-
-class _Motions:
-    """Stiffness and mass of small motions in piecewise polynomials, one element per phase."""
-
-    def __init__(self, problem: Discretisation, x: np.ndarray, degree: int) -> None:
-        self.scalars, lengths = problem.scalars(x), problem.lengths(x)
-        nodes, weights = gauss(degree + 8)
-        count, points = len(lengths), len(nodes)
-        sample = problem.sampler(nodes)(x).full() * self.scalars.A
-        theta, nx, ny, y = (sample[:, i] for i in (0, 2, 3, 4))
-        self.weights = np.concatenate([length * weights for length in lengths])
-        value, slope = _continuous_basis(degree, nodes, lengths)
-        self.value, self.slope = value, slope
-        # Integrals from each point to the edge: within its phase and over those after it.
-        inside = np.kron(np.diag(lengths), _to_the_end(nodes))
-        after = np.kron(np.triu(np.ones((count, count)), 1) * lengths, np.ones((points, 1)) * weights)
-        outward = inside + after
-        self.dx = outward @ (np.sin(theta)[:, None] * value)
-        self.dy = -outward @ (np.cos(theta)[:, None] * value)
-        self.theta = theta
-        self.force = np.cos(theta) * nx + np.sin(theta) * ny
-        self.softening = np.concatenate(
-            [
-                _softening(piece, self.scalars, y[j * points : (j + 1) * points])
-                for j, piece in enumerate(problem.phases)
-            ]
-        )
-        angles = problem.sampler(np.ones(1))(x).full()[:-1, 0] * self.scalars.A
-        neighbours = zip(pairwise(problem.phases), angles, strict=True)
-        self.springs = np.array([_spring(*pair, self.scalars, angle) for pair, angle in neighbours])
-        # The value of delta y at each switch: integrals over the phases after it.
-        past = np.kron(np.triu(np.ones((count, count)), 1) * lengths, weights)[: count - 1]
-        self.dy_at_switches = -past @ (np.cos(theta)[:, None] * value)
-
-    @property
-    def mass(self) -> np.ndarray:
-        """int (dx dx + dy dy)."""
-        w = self.weights[:, None]
-        return self.dx.T @ (w * self.dx) + self.dy.T @ (w * self.dy)
-
-    @property
-    def stiffness(self) -> np.ndarray:
-        """Bending, the turning of the reaction force, and the change of pressure and bond."""
-        w, alpha = self.weights[:, None], self.scalars.alpha
-        cosine, sine = np.cos(self.theta)[:, None], np.sin(self.theta)[:, None]
-        load_x = -alpha * cosine * self.value
-        load_y = -alpha * sine * self.value + self.softening[:, None] * self.dy
-        return (
-            self.slope.T @ (w * self.slope)
-            - self.value.T @ (w * self.force[:, None] * self.value)
-            - self.dx.T @ (w * load_x)
-            - self.dy.T @ (w * load_y)
-            - self.dy_at_switches.T @ (self.springs[:, None] * self.dy_at_switches)
-        )
-
-    def eigenvalues(self, *, fixed_volume: bool = False) -> np.ndarray:
-        """All mu, smallest magnitude first."""
-        K, M = self.stiffness, self.mass
-        if fixed_volume:
-            # d(swept volume) = int (-sin theta dx + cos theta dy) = 0
-            swept = self.weights @ (
-                -np.sin(self.theta)[:, None] * self.dx + np.cos(self.theta)[:, None] * self.dy
-            )
-            free = np.linalg.svd(swept[None, :])[2][1:].T
-            K, M = free.T @ K @ free, free.T @ M @ free
-        # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
-        above, below = eig(M, K, right=False, homogeneous_eigvals=True)
-        with np.errstate(under="ignore"):
-            finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
-        mu = below[finite] / above[finite]
-        mu = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
-        return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]
-
-    def determinant_sign(self) -> int:
-        """Sign of det K."""
-        return int(np.linalg.slogdet(self.stiffness)[0])
-
-
-def _softening(piece: Piece, scalars: Scalars, y: np.ndarray) -> np.ndarray:
-    """-d f/d y of the bond in scaled variables: beta1 under the linear law, 0 on a free arc."""
-    u = ca.SX.sym("u")
-    drop = piece.drop(u)
-    slope = ca.Function("slope", [u], [ca.jacobian(drop, u) if isinstance(drop, ca.SX) else ca.SX(0)])
-    heights = scalars.beta1 / scalars.beta0 * y if scalars.beta0 else y
-    return scalars.beta1 * np.array([float(slope(v)) for v in heights])
-
-
-def _spring(before: Piece, after: Piece, scalars: Scalars, theta: float) -> float:
-    """Softening of the jump of traction where one phase ends and the next begins, at angle ``theta``."""
-    kink = shared_kink(before, after)
-    above, below = (before, after) if before.start == kink else (after, before)
-    jump = float(above.drop(kink)) - float(below.drop(kink))
-    if abs(jump) < NO_JUMP:
-        return 0.0
-    return float(scalars.beta0 * jump / abs(np.sin(theta)))
-
-
-def _to_the_end(nodes: np.ndarray) -> np.ndarray:
-    """Matrix from values at Gauss nodes on [0, 1] to their integrals from each node to 1."""
-    _, weights = gauss(len(nodes))
-    return weights - integration_matrix(len(nodes), nodes)
-
-
-def _continuous_basis(degree: int, nodes: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and xi-derivatives at the Gauss nodes of all phases; zero at the edge.
-
-    Each phase has hats for its two ends and integrated Legendre polynomials that vanish there.
-    """
-    count, points = len(lengths), len(nodes)
-    z = 2.0 * nodes - 1.0
-    bubbles = np.eye(degree)[1:]  # P_1 ... P_{degree-1}; their integrals vanish at both ends
-    inner = legendre.legval(z, legendre.legint(bubbles.T, lbnd=-1)).T
-    inner_slope = 2.0 * legendre.legval(z, bubbles.T).T
-    size = count + count * (degree - 1)  # a value at the start of every phase, and the bubbles
-    value, slope = np.zeros((count * points, size)), np.zeros((count * points, size))
-    for j in range(count):
-        here = slice(j * points, (j + 1) * points)
-        value[here, j], slope[here, j] = 1.0 - nodes, -1.0 / lengths[j]
-        if j + 1 < count:
-            value[here, j + 1], slope[here, j + 1] = nodes, 1.0 / lengths[j]
-        mine = slice(count + j * (degree - 1), count + (j + 1) * (degree - 1))
-        value[here, mine], slope[here, mine] = inner, inner_slope / lengths[j]
-    return value, slope
 
 
 def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:

@@ -11,9 +11,7 @@ and R has two equations fewer than x has entries: a question adds the other two.
 from __future__ import annotations
 
 import math
-import threading
 from abc import ABC, abstractmethod
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -28,6 +26,7 @@ from ..base.errors import InvalidInput
 from ..model.bond import Piece
 from ..model.equations import FIELDS, Scalars
 from .compiled import Compiled, Pattern, is_dense
+from .kept import keep
 
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]
@@ -261,28 +260,6 @@ class Discretisation(ABC):
         """Unknowns that represent a profile with these phases."""
         s = profile.scalars
         return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], [s.A, s.m, s.sigma, s.lam]])
-
-
-#: Sum of the weights of the problems whose compiled functions are kept: some 300 MB, 80 problems
-#: of law (8) or a handful of a law with twenty kinks, of which every sequence of phases is one.
-MOST_KEPT = 500_000
-
-_KEPT: OrderedDict[Discretisation, int] = OrderedDict()
-_KEPT_LOCK = threading.Lock()
-
-
-def keep(problem: Discretisation) -> None:
-    """Keep what is compiled of a problem, and drop that of the ones not used for longest."""
-    with _KEPT_LOCK:
-        if _KEPT and next(reversed(_KEPT)) is problem:
-            return
-        _KEPT.pop(problem, None)
-        _KEPT[problem] = problem.weight
-        total = sum(_KEPT.values())
-        while total > MOST_KEPT and len(_KEPT) > 1:
-            oldest, weight = _KEPT.popitem(last=False)
-            oldest.release()
-            total -= weight
 
 
 class Transcription(ABC):

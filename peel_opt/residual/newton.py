@@ -16,7 +16,8 @@ from ..base.threads import one_thread
 from ..model.equations import Scalars
 from .closures import Closing, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense
-from .discretisation import Discretisation, keep
+from .discretisation import Discretisation
+from .kept import keep
 
 #: Values of the extra equations and their gradient, shapes (k,) and (k, 4).
 #: The gradient is with respect to the four scalars.
