@@ -62,7 +62,7 @@ def test_long_work_needs_no_stderr(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     assert po.uncertainty(ROD, {"adhesion_strength": "5 %"}, pressure=1e5, samples=2)["length"].sd > 0.0
     asked = partial(po.length_given_pressure, ROD, 1e5)
     assert po.tradeoff(asked, ["spectral"], [1e-6], repeats=1).rows[0].status == "certified"
-    data = po.Measurements([1.1e-3], [100e3], pressure_sd=500.0)
+    data = po.Measurements([1.74e-3], [100e3], pressure_sd=500.0)
     known = {"bending_stiffness": 2.3e-5, "adhesion_range": 0.73e-3}
     assert po.calibrate(data, free=("adhesion_strength",), rod=known).rod.adhesion_strength > 100e3
     assert figures.make(["4"], tmp_path, formats=("svg",))

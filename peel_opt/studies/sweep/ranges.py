@@ -15,7 +15,7 @@ from .plan import MOST_POINTS
 FORM = "Ranges are FROM:TO:COUNT or FROM:TO:COUNT:log, lists A, B, C; with units as in '20 kPa:100 kPa:9'."
 
 #: Two numbers, or one with a decimal comma, or with one between its thousands.
-_ONE_OR_TWO = re.compile(r"\s*([-+]?\d+),(\d+(?:e[-+]?\d+)?|\d{3}\.\d*)(?![\d.,:;])(.*)", re.IGNORECASE)
+_ONE_OR_TWO = re.compile(r"\s*([-+]?\d+),(\d+(?:e[-+]?\d+)?|\d{3}\.\d*)(?![\d.])([^,:]*)", re.IGNORECASE)
 
 #: The number at the head of a quantity; what follows is its unit.
 _UNIT = re.compile(r"\s*[-+]?[\d.]+(?:e[-+]?\d+)?\s*(.*)", re.IGNORECASE)
