@@ -144,7 +144,7 @@ def test_ranges() -> None:
     [
         ("1,9 mm", r"1\.9 mm, or 1 mm and 9 mm\. .*'1, 9 mm'"),
         ("1,900 mm", r"1\.900 mm, or 1 mm and 900 mm"),
-        ("1,900.5 mm", r"one number or two"),
+        ("1,900.5 mm", r"one number or two: 1900\.5 mm, or 1 mm and 900\.5 mm"),
         ("0,5e3um", r"0\.5e3um, or 0um and 5e3um"),
         ("1,9 mm,2,1 mm", r"with and without a unit.*decimal point"),
         ("1,9:3,0 mm:5", r"--p"),

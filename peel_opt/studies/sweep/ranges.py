@@ -39,9 +39,9 @@ def parse_range(
     """
     if match := _ONE_OR_TWO.fullmatch(text):
         first, second, unit = match.groups()
+        one = f"{first}{second}" if "." in second else f"{first}.{second}"
         raise InvalidInput(
-            f"{name} may mean one number or two: {first}.{second}{unit}, or {first}{unit} and"
-            f" {second}{unit}.",
+            f"{name} may mean one number or two: {one}{unit}, or {first}{unit} and {second}{unit}.",
             remedy=f"Numbers have a decimal point; write the list with a space: '{first}, {second}{unit}'.",
         )
     if ":" not in text:
