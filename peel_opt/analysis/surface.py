@@ -25,7 +25,7 @@ from ..residual.arclength import chart
 from ..residual.closures import Closure, rows, sensitivity_to_given
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.newton import correct, factorised
-from ..residual.rounding import rounding
+from ..residual.rounding import response
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
 
@@ -144,8 +144,8 @@ def _plane(
     here, along = _responses(problem, x, given)
     gradient = _read_gradient(read, x[-4:])
     unit, weight = _unit(x, along)
-    noise, _ = rounding(problem, correction, given, lambda s: weight @ np.array([s.A, s.m, s.sigma, s.lam]))
-    moved = x + noise * unit
+    own = response(problem, correction, given, lambda s: weight @ np.array([s.A, s.m, s.sigma, s.lam]))
+    moved = x + own.rounding * unit
     there, _ = _responses(problem, moved, given)
     exact = gradient @ here[-4:]
     change = np.abs(_read_gradient(read, moved[-4:]) @ there[-4:] - exact)

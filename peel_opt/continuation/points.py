@@ -1,4 +1,4 @@
-"""One solution on a branch, with the direction in which the branch goes on."""
+"""One solution on a branch, with the direction in which the branch goes on, or between two of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 
 from ..model.equations import Scalars
 from ..residual.arclength import chart
+from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Profile
+from ..residual.newton import Correction
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,20 @@ class Point:
     def profile(self) -> Profile:
         """The fields, sampled."""
         return self.problem.profile(self.x)
+
+
+@dataclass(frozen=True, eq=False)
+class Landed:
+    """A converged solution for the given numbers, on the mesh of a walk."""
+
+    problem: Discretisation
+    correction: Correction
+    given: tuple[Closing, ...]
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The fields, sampled."""
+        return self.problem.profile(self.correction.x)
 
 
 def arclength_between(here: Point, there: Point, place: np.ndarray) -> float:

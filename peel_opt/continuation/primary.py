@@ -28,7 +28,7 @@ from ..residual.closures import Closure
 from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
 from .family import Family, StepControl, transition
-from .points import Point
+from .points import Landed, Point
 from .special import FOLDS, Located, locate
 
 #: Transcription of the walk; answers are solved again by the method asked for.
@@ -65,7 +65,7 @@ class Candidate:
         return (1.0 - self.share) * read(self.here.scalars) + self.share * read(self.there.scalars)
 
     @cached_property
-    def profile(self) -> Profile:
+    def landed(self) -> Landed:
         """The solution itself.
 
         Raises
@@ -79,8 +79,12 @@ class Candidate:
                 f"lost the branch between two neighbouring points while looking for {self.given}.",
                 remedy="Move the given number a little, or pick another state.",
             )
-        problem, result = landed
-        return problem.profile(result.x)
+        return Landed(*landed, (self.family.closure, self.given))
+
+    @property
+    def profile(self) -> Profile:
+        """The solution itself, sampled."""
+        return self.landed.profile
 
 
 def crossings(

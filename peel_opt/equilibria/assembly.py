@@ -22,13 +22,14 @@ from ..model.law_samples import agree
 from ..model.named_laws import law_named
 from ..model.rod import Rod
 from ..residual.arclength import chart
+from ..residual.certificate import first_integral_defect, held_tip_defect
 from ..residual.closures import Closure, rows
 from ..residual.discretisation import Discretisation, Transcription
 from ..residual.rounding import adjoint, scalar_gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .branch import Branch
 from .branch_parts import Solutions, SpecialPoint
-from .certify import first_integral_defect, held_tip_defect, report
+from .certify import report
 from .methods import Answer
 from .posed import Posed
 from .result import Equilibrium, Stats

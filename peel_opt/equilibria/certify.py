@@ -6,15 +6,12 @@ import math
 
 import numpy as np
 
-from ..model.bond import LINEAR, CohesiveLaw
-from ..model.equations import Scalars
+from ..model.bond import LINEAR
+from ..residual.certificate import HEIGHT_NOISE, certificate, on_plate
 from ..residual.shape import Solution
 from .methods import Answer
 from .posed import Posed
 from .result import Equilibrium
-
-#: Height above y0 (in u = y/y0) and below the plate (share of the largest) put down to rounding.
-HEIGHT_NOISE = 1e-9
 
 
 def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
@@ -22,10 +19,10 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
     problem, x = solved.problem, solved.x
     effective = posed.effective_law
     s = problem.scalars(x)
-    profile = problem.profile(x)
+    profile = solved.profile
     theta, heights = (profile.values[:, :, i] * s.A for i in (0, 4))
     opened = s.beta1 / s.beta0 * heights if s.beta0 else np.zeros(1)  # u = y/y0
-    within = bool(opened.max() <= 1.0 + HEIGHT_NOISE)
+    within = bool(opened.max() <= 1.0 + HEIGHT_NOISE)  # in u = y/y0
     source = Solution(problem, x, effective)
     present = {
         "y > y0": bool(opened.max() > effective.holds_to + HEIGHT_NOISE),
@@ -33,12 +30,11 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
         "y < 0": heights.min() < -HEIGHT_NOISE * np.abs(heights).max(),
         "alpha1 > 0": s.alpha1 > 0.0,
         "overhang": np.abs(theta).max() > 0.5 * math.pi,
-        "tip on plate": abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max(),
+        "tip on plate": on_plate(profile),
         "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
-    held = state in ("other", "spurious") and present["tip on plate"]
-    certificate = (held_tip_defect if held else first_integral_defect)(effective, s, float(heights[0, 0]))
-    certified = solved.error <= tol and certificate <= tol
+    defect = certificate(effective, profile, held=state in ("other", "spurious"))
+    certified = solved.error <= tol and defect <= tol
     return Equilibrium(
         rod=posed.rod,
         law=effective.name if posed.law is not None or not within else LINEAR.name,
@@ -47,7 +43,7 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
         alpha1=s.alpha1,
         answered=posed.asked,
         error=solved.error,
-        certificate=certificate,
+        certificate=defect,
         tol=tol,
         state=state,
         status="certified" if certified else "not-certified",
@@ -55,24 +51,3 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
         stats=solved.stats,
         source=source,
     )
-
-
-def held_tip_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:
-    """|p y_tip - Phi(y_tip)| / (T0 y0), for a rod whose tip is held to the plate.
-
-    The identity holds there for any p and cannot be divided by y_tip.
-    """
-    defect = first_integral_defect(law, scalars, tip_height)
-    return defect * abs(tip_height * scalars.beta1 / scalars.beta0) if scalars.beta0 else defect
-
-
-def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:
-    """|p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero.
-
-    ``tip_height`` is y/sbar.  At beta0 = 0, where there is no T0, the identity of the linear
-    law alpha1 = -beta1 y_tip / 2 is divided by beta1 instead.
-    """
-    if scalars.beta0 == 0.0:
-        return float(abs(scalars.alpha1 / scalars.beta1 + 0.5 * tip_height))
-    u = tip_height * scalars.beta1 / scalars.beta0
-    return float(abs(scalars.alpha1 / scalars.beta0 + law.mean_drop(u)))

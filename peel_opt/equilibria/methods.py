@@ -3,7 +3,9 @@
 The answered number is solved for on successively finer meshes.  The difference between two
 meshes, divided by what the refinement is sure to have gained, is the error of the finer one;
 to it come what rounding leaves of the last Newton update and what the rounding of the given
-numbers does through the condition of the question.
+numbers does through the condition of the question.  Two meshes may agree in one number by
+chance, where the error of the coarser changes sign, but not in all of them: the difference is
+taken in every scalar, each weighted with how far the same residues would move the answer.
 """
 
 from __future__ import annotations
@@ -17,15 +19,17 @@ from functools import cached_property
 import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
+from ..continuation.points import Landed
 from ..model.bond import COHESIVE, LINEAR
 from ..model.equations import Scalars
 from ..residual import programme as nlp
-from ..residual.closures import Closure
+from ..residual.certificate import certificate
+from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.newton import Correction, correct
 from ..residual.phases import layout
 from ..residual.programme import Ipopt
-from ..residual.rounding import rounding, scalar_gradient
+from ..residual.rounding import Response, response
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .closed_form import closed_form
 from .posed import Posed
@@ -33,6 +37,9 @@ from .result import Stats
 
 #: How often a mesh may be refined before the tolerance counts as out of reach.
 MOST_REFINEMENTS = 5
+
+#: A certificate that a refinement leaves larger than this share of it is at its end.
+HARDLY = 0.5
 
 #: No refinement is believed to gain more.
 MOST_GAIN = 1e4
@@ -104,6 +111,11 @@ class Answer:
     error: float
     stats: Stats
 
+    @cached_property
+    def profile(self) -> Profile:
+        """The fields, sampled."""
+        return self.problem.profile(self.x)
+
 
 @dataclass(frozen=True, eq=False)
 class _Started:
@@ -113,18 +125,23 @@ class _Started:
     profile: Profile
     phases: Phases
     tol: float
+    landed: Landed | None = None
 
 
-def answer(posed: Posed, profile: Profile, method: Method, tol: float) -> Answer:
-    """Answer for the state that a profile shows, starting from it.
+def answer(posed: Posed, start: Profile | Landed, method: Method, tol: float) -> Answer:
+    """Answer for the state that a profile shows, or that a walk has landed at, starting from it.
 
     Raises
     ------
     NotConverged
         If IPOPT or Newton fails.
     """
-    plan = layout(posed.effective_law, profile)
-    return _climb(_Started(posed, profile.rephased(plan.breaks), plan.phases, tol), method)
+    if isinstance(start, Landed):
+        if start.given == posed.given:
+            return _climb(_Started(posed, start.profile, start.problem.phases, tol, start), method)
+        start = start.profile
+    plan = layout(posed.effective_law, start)
+    return _climb(_Started(posed, start.rephased(plan.breaks), plan.phases, tol), method)
 
 
 def _climb(started: _Started, method: Method) -> Answer:
@@ -141,13 +158,21 @@ def _climb(started: _Started, method: Method) -> Answer:
         first = _on_meshes(started, method)
     except NotConverged:
         return _climb(started, method.fallback)
-    if first.error <= started.tol:
+
+    def missing(solved: Answer) -> float:
+        return max(solved.error, _certificate(started, solved.profile))
+
+    if missing(first) <= started.tol:
         return first
     try:
         second = _climb(started, method.fallback)
     except NotConverged:
         return first
-    return min(first, second, key=lambda solved: solved.error)
+    return min(first, second, key=missing)
+
+
+def _certificate(started: _Started, profile: Profile) -> float:
+    return certificate(started.posed.effective_law, profile, held=True)
 
 
 def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
@@ -170,26 +195,31 @@ def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
 
 
 def _on_meshes(started: _Started, method: Method) -> Answer:
-    """Answer on finer and finer meshes, until the error meets the tolerance or rounding ends it."""
+    """Answer on finer and finer meshes, until error and certificate meet the tolerance.
+
+    What rounding has ended is not refined any more.
+    """
     began = time.perf_counter()
     read, given = started.posed.read, started.posed.given
     coarse = _first_solve(started, method)
     iterations, evaluations = coarse.iterations, coarse.evaluations
-    refinements, before = 0, 0.0
+    refinements, before, missed = 0, 0.0, math.inf
     while True:
         refinements += 1
         fine = _newton_solve(started, coarse.transcription.refined(), coarse.profile)
         iterations += fine.iterations
         evaluations += fine.evaluations + 1  # one more to bound the rounding
-        # No refinement gains more than the order: a smaller difference is luck.
-        difference = max(_difference(read, coarse, fine), before / coarse.transcription.most_gain)
         chosen = fine if method.adaptive else coarse
+        own = response(chosen.problem, chosen.correction, given, read)
+        # No refinement gains more than the order: a smaller difference is luck.
+        difference = max(_difference(coarse, fine, own, read), before / coarse.transcription.most_gain)
         gain = _gain(coarse.transcription.sure_gain, difference, before)
-        error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain)
-        noise, condition = rounding(chosen.problem, chosen.correction, given, read)
-        if not method.adaptive or error + noise <= started.tol:
+        error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain) + own.rounding
+        if not method.adaptive or refinements == MOST_REFINEMENTS:
             break
-        if difference <= noise or refinements == MOST_REFINEMENTS:
+        missed, last = _certificate(started, chosen.profile), missed
+        exact = missed <= started.tol or missed > HARDLY * last
+        if (error <= started.tol or difference <= own.rounding) and exact:
             break
         coarse, before = fine, difference
     stats = Stats(
@@ -199,23 +229,15 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         evaluations=evaluations,
         unknowns=fine.problem.size,
         refinements=refinements,
-        condition=condition,
+        condition=own.condition,
     )
-    return Answer(chosen.problem, chosen.correction.x, error + noise, stats)
+    return Answer(chosen.problem, chosen.correction.x, error, stats)
 
 
-def _difference(read: Callable[[Scalars], float], coarse: _Solved, fine: _Solved) -> float:
-    """Return how far two meshes are apart in the answer.
-
-    Where the order is fixed, changes of the scalars are not let cancel: alpha1 = m A may agree by
-    chance on two meshes that differ a hundred times more in m and in A.
-    """
-    plain = abs(read(fine.scalars) - read(coarse.scalars))
-    if math.isinf(coarse.transcription.most_gain):
-        return plain
-    x = fine.correction.x[-4:]
-    apart = np.abs(x - coarse.correction.x[-4:])
-    return max(plain, float(np.abs(scalar_gradient(read, x)) @ apart))
+def _difference(coarse: _Solved, fine: _Solved, own: Response, read: Callable[[Scalars], float]) -> float:
+    """Return how far two meshes are apart in the answer, the largest that any scalar speaks of."""
+    apart = np.abs(fine.correction.x[-4:] - coarse.correction.x[-4:])
+    return max(abs(read(fine.scalars) - read(coarse.scalars)), float((own.leverage * apart).max()))
 
 
 def _gain(sure: float, difference: float, before: float) -> float:
@@ -250,6 +272,9 @@ class _Solved:
 def _first_solve(started: _Started, method: Method) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
     assert method.transcription is not None
+    landed = started.landed
+    if landed is not None and method.ipopt is None and method.transcription == landed.problem.settings:
+        return _Solved(method.transcription, landed.problem, landed.correction, 0, 0)
     if method.ipopt is None:
         return _newton_solve(started, method.transcription, started.profile)
     problem, given = method.transcription.discretise(started.phases), started.posed.given
@@ -273,7 +298,7 @@ def _newton_solve(started: _Started, transcription: Transcription, profile: Prof
     return _Solved(transcription, problem, correction, correction.iterations, correction.iterations)
 
 
-def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...]) -> Correction:
+def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing, ...]) -> Correction:
     result = correct(problem, start, given)
     if not result.converged:
         raise NotConverged(

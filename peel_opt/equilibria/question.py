@@ -77,7 +77,7 @@ def solve(question: Question, method: Method, tol: float) -> Equilibrium:
         if method.transcription is not None:
             method = replace(method, series=())
     chosen, spacing, walked = _select(question)
-    solved = answer(posed, chosen.profile, method, tol)
+    solved = answer(posed, chosen.landed, method, tol)
     result = report(posed, chosen.state, solved, tol)
     own = posed.read(chosen.profile.scalars)
     jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
