@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import peel_opt as po
-from peel_opt.continuation.primary import primary_branch
+from peel_opt.continuation.primary import forget_branches
 from peel_opt.studies.sweep.workers import cores
 
 from .figures import Figure
@@ -26,7 +26,7 @@ SCENES = {
 
 def _single_calls(ratios: np.ndarray, pressures: np.ndarray) -> float:
     """CPU seconds of one call a point, the branches of earlier rods remembered as usual."""
-    primary_branch.cache_clear()
+    forget_branches()
     began = time.process_time()
     for ratio in ratios:
         rod = po.Rod.from_ratio(ratio)

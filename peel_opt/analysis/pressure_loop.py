@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from ..base.arrays import Columns
 from ..base.drawing import draw
-from ..base.errors import NoEquilibrium
+from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
 from ..continuation.primary import primary_branch
 from ..equilibria.branch import Branch
@@ -221,7 +221,7 @@ def _least_pressure(rod: Rod, law: CohesiveLaw) -> float:
     walk = primary_branch(law, Closure("ratio", rod.ratio))
     found = walk.reach("LP-pressure")
     if found is None:
-        raise NoEquilibrium(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")
+        raise NotConverged(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")
     return float(found.point.scalars.pressure_ratio)
 
 
@@ -229,7 +229,7 @@ def _turn(branch: Branch) -> SpecialPoint:
     """Return the minimum pressure of a branch that has been followed to contact."""
     turns = branch.special("LP-pressure")
     if not turns or branch.ended != "contact":
-        raise NoEquilibrium(
+        raise NotConverged(
             f"the branch of this rod ended without a minimum pressure or contact ({branch.ended}).",
             remedy="Give a larger tol, or another ratio eta/y0.",
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
 
@@ -75,7 +76,9 @@ def _shortened(number: int) -> str:
 def _checked(name: str, value: object, unit: str, *, minimum: float, strict: bool) -> float:
     label = f"{name} [{unit}]" if unit else name
     value = in_si(name, value, unit)
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
+        value = value.item()  # the one number of an array without axes
+    if isinstance(value, bool) or not isinstance(value, Real | Decimal):
         raise InvalidInput(
             f"{label} must be a number, got {value!r}.",
             remedy="Texts with units are read in cards and on the command line, quantities of pint here.",
@@ -84,6 +87,8 @@ def _checked(name: str, value: object, unit: str, *, minimum: float, strict: boo
         number = float(value)
     except OverflowError:
         number = math.inf
+    except ValueError:  # a signalling NaN
+        number = math.nan
     if not math.isfinite(number):
         raise InvalidInput(f"{label} must be finite, got {number}.")
     if number < minimum or (strict and number == minimum):

@@ -11,6 +11,7 @@ from itertools import islice
 
 import numpy as np
 
+from ..base.errors import NotConverged
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from .family import Family
@@ -49,7 +50,10 @@ def states_near(law: CohesiveLaw, ratio: float, sigma: float, pressure_ratio: fl
 
 def _both_ways(family: Family, start: Candidate, most: int) -> tuple[Family, list[Point]]:
     """Walk a family in both directions from a state, into one sequence of points."""
-    solved = family.solve(start.profile, start.family.closure)
+    try:
+        solved = family.solve(start.profile, start.family.closure)
+    except NotConverged:
+        solved = None  # what lies beyond is not looked for
     if solved is None:
         return family, []
     problem, result = solved

@@ -21,9 +21,10 @@ from itertools import pairwise
 import numpy as np
 
 from ..base.errors import NotConverged
-from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual import closures
+from ..residual.arclength import chart
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
@@ -33,6 +34,12 @@ from .special import FOLDS, Located, locate
 
 #: Transcription of the walk; answers are solved again by the method asked for.
 PATH = Spectral(nodes=16)
+
+#: Depth below the plate, as a share of the largest height, that no mesh puts a detached rod to.
+BELOW = 1e-3
+
+#: Largest kink of a law, or ranges without one, up to which its traction is looked at.
+WIDEST = 4.0
 
 #: The states between T and the minimum pressure.
 UNFOLDED = ("middle", "lower")
@@ -63,6 +70,16 @@ class Candidate:
     def estimate(self, read: Callable[[Scalars], float]) -> float:
         """Interpolate a number between the neighbours; free, and good to a few digits."""
         return (1.0 - self.share) * read(self.here.scalars) + self.share * read(self.there.scalars)
+
+    def least_distance(self, read: Callable[[Scalars], float], value: float) -> float:
+        """Return how near to a value a number comes that is monotone between the neighbours."""
+        low, high = sorted((read(self.here.scalars), read(self.there.scalars)))
+        return max(low - value, value - high, 0.0)
+
+    def holds(self, other: Candidate) -> bool:
+        """Whether the solution of another walk lies between these neighbours."""
+        place = chart(other.landed.correction.x[-4:])[0]
+        return self.family.between(self.here, self.there, place)
 
     @cached_property
     def landed(self) -> Landed:
@@ -168,8 +185,23 @@ class PrimaryBranch:
                 self.ended = "stalled"
                 return
             there, self.ended = contact, "contact"
+        elif self._strays(here, there):
+            self.ended = "stalled"
+            return
         self._insert_folds(here, there)
         self.points.append(there)
+
+    def _strays(self, here: Point, there: Point) -> bool:
+        """Whether a step has left the detached branch of a rod.
+
+        No state of it has a part below the plate, and under law (8) the tip turns further all the way.
+        """
+        if not (self._is_rod and self.side > 0 and self.mode == 1 and self.family.law != LINEAR):
+            return False
+        if self.family.law == COHESIVE and there.scalars.A <= here.scalars.A:
+            return True
+        heights = there.scalars.A * there.profile.values[:, :, 4]
+        return bool(heights.min() < -BELOW * np.abs(heights).max())
 
     @property
     def _is_rod(self) -> bool:
@@ -185,6 +217,14 @@ class PrimaryBranch:
     def fold(self, kind: str) -> Located | None:
         """The first fold of a kind met so far."""
         return next((f for f in self.folds if f.kind == kind), None)
+
+    @property
+    def _minimum(self) -> Located | None:
+        """The minimum pressure as far as it is known: the first fold, where the traction never rises."""
+        if softens(self.family.law):
+            return self.fold("LP-pressure")
+        folds = (f for f in self.folds if f.kind == "LP-pressure")
+        return min(folds, key=lambda f: f.point.scalars.pressure_ratio, default=None)
 
     def reach(self, kind: str) -> Located | None:
         """Walk on to the first fold of a kind; None if the branch ends before."""
@@ -202,7 +242,7 @@ class PrimaryBranch:
             bend = self.fold("LP-lambda")
             turned = self.family.closure.value == 0.0 or (bend and arclength > bend.point.arclength)
             return "lower" if turned else "middle"
-        minimum, bend = self.fold("LP-pressure"), self.fold("LP-length")
+        minimum, bend = self._minimum, self.fold("LP-length")
         if minimum is not None and arclength > minimum.point.arclength:
             return "folded"
         if bend is not None and arclength > bend.point.arclength:
@@ -212,6 +252,14 @@ class PrimaryBranch:
     def candidates(self, given: Closure) -> list[Candidate]:
         """All states that answer a question on the part walked so far, from T on."""
         return crossings(self.family, self.points, given, self.state_at)
+
+
+@lru_cache(maxsize=64)
+def softens(law: CohesiveLaw) -> bool:
+    """Whether the traction of a law never rises: then the pressure falls to one minimum and rises."""
+    places = np.unique([*np.linspace(0.0, WIDEST * max(law.kinks, default=1.0), 400), *law.kinks])
+    traction = np.array([law.traction(float(u)) for u in places])
+    return bool(np.all(np.diff(traction) <= 1e-12))
 
 
 def first_point(family: Family, mode: int = 1) -> Point:
@@ -286,7 +334,17 @@ def _towards_strength(family: Family, back: Point) -> Point:
     return Point(there.problem, there.x, -there.tangent, 0.0, there.iterations)
 
 
-@lru_cache(maxsize=256)
 def primary_branch(law: CohesiveLaw, closure: Closure, side: int = 1) -> PrimaryBranch:
     """Return the remembered primary branch of a law at a closure."""
+    return _remembered(law, closure, side)
+
+
+@lru_cache(maxsize=256)
+def _remembered(law: CohesiveLaw, closure: Closure, side: int) -> PrimaryBranch:
+    # Calls that leave out the side or name it must meet the same branch.
     return PrimaryBranch(Family(law, PATH, closure), side)
+
+
+def forget_branches() -> None:
+    """Let go of all remembered branches."""
+    _remembered.cache_clear()

@@ -26,6 +26,9 @@ STEEPEST = 2.0 * np.pi
 #: Newton steps on the candidates of a grid, and the misses with which one counts as a start.
 NEWTON_STEPS, CLOSE = 12, 1e-4
 
+#: Step after which a candidate is left alone: a start need not be better.
+SETTLED = 1e-9
+
 
 @dataclass(frozen=True)
 class Scan:
@@ -178,19 +181,21 @@ def _refined(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Newton's method for two equations in two unknowns, for all candidates at once."""
     x = np.stack([angle, value])
+    moving = np.arange(x.shape[1])
     for _ in range(NEWTON_STEPS):
-        f = misses(x)
-        columns = []
-        for k in range(2):
-            h = 1e-7 * (1.0 + np.abs(x[k]))
-            moved = x.copy()
-            moved[k] += h
-            columns.append((misses(moved) - f) / h)
-        (a, c), (b, d) = columns
+        if not moving.size:
+            break
+        y = x[:, moving]
+        h = 1e-7 * (1.0 + np.abs(y))
+        # The shape itself and the two that are moved a little, all in one.
+        f, a, b = np.split(misses(np.hstack([y, y + h * [[1.0], [0.0]], y + h * [[0.0], [1.0]]])), 3, axis=1)
+        (a, c), (b, d) = (a - f) / h[0], (b - f) / h[1]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = np.stack([d * f[0] - b * f[1], a * f[1] - c * f[0]]) / (a * d - b * c)
         step = np.nan_to_num(step, nan=0.0, posinf=0.0, neginf=0.0)
-        x = x - step * np.minimum(1.0, 0.3 / np.maximum(np.abs(step).max(axis=0), 1e-300))
+        size = np.abs(step).max(axis=0)
+        x[:, moving] = y - step * np.minimum(1.0, 0.3 / np.maximum(size, 1e-300))
+        moving = moving[size > SETTLED]
     close = np.abs(misses(x)).max(axis=0) < CLOSE
     # Many cells lead to the same state.
     kept = np.unique(np.round(x[:, close], 5), axis=1, return_index=True)[1]

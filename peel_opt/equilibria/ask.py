@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from ..base.checks import finite, known_beta0
@@ -82,8 +83,10 @@ def pressure_given_length(
             words=_words("length", rod.length(sigma), "m", "sbar/eta", sigma, rod),
             state=known_state(state),
             near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
+            symbol="" if rod.dimensionless else "m",
         )
-        return solve(question, as_method(method), tol)
+        given = {"length": finite("length", length), "length_ratio": sigma}
+        return replace(solve(question, as_method(method), tol), given=given)
 
     return _guarded(ask, rod, "pressure_ratio", tol, throw)
 
@@ -141,8 +144,10 @@ def length_given_pressure(
             words=_words("pressure", rod.pressure(P), "Pa", "p/T0", P, rod),
             state=known_state(state),
             near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
+            symbol="" if rod.dimensionless else "Pa",
         )
-        return solve(question, as_method(method), tol)
+        given = {"pressure": finite("pressure", pressure), "pressure_ratio": P}
+        return replace(solve(question, as_method(method), tol), given=given)
 
     return _guarded(ask, rod, "length_ratio", tol, throw)
 
@@ -210,7 +215,9 @@ def equilibrium(
             state=known_state(state),
             near=_near(near, lambda e: e.alpha1, partial(finite, "near")),
         )
-        return solve(question, as_method(method), tol)
+        answered = solve(question, as_method(method), tol)
+        given = {} if beta1 is None else {"beta1": finite("beta1", beta1)}
+        return replace(answered, beta0=b0, lam=shift, given=given)
 
     return _guarded(ask, None, "alpha1", tol, throw)
 
@@ -219,7 +226,7 @@ def _words(name: str, value: float, unit: str, symbol: str, ratio: float, rod: R
     """Name the given number, in the rod's units if it has any."""
     if rod.dimensionless:
         return f"{symbol} = {ratio:.6g}"
-    return f"{name} {value:.6g} {unit} ({symbol} = {ratio:.6g})"
+    return f"{name} {float(value):.6g} {unit} ({symbol} = {ratio:.6g})"
 
 
 def _near(

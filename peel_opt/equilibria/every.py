@@ -6,15 +6,16 @@ import math
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
-from ..base.checks import known_beta0, positive
+from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from ..continuation.family import Family
 from ..continuation.points import Point
 from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, crossings, primary_branch
-from ..continuation.tip_scan import TipShooting, starts_at_length, starts_at_pressure
+from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length, starts_at_pressure
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.rod import Rod, require_ratio, require_rod
 from ..residual.closures import Closure
@@ -24,12 +25,19 @@ from .certify import report
 from .methods import Method, answer, as_method
 from .posed import Posed, known_lambda, known_law
 from .result import DISQUALIFYING, Equilibrium
+from .states import Searched, States
 
 #: Mesh on which starts are corrected and walked from.
 SEARCH = Spectral(nodes=24)
 
 #: Range of p/T0 that is searched, for questions at a given length.
 PRESSURES = (-2.0, 5.0)
+
+#: The least p/T0 searched under law (8), whose tip then is 250 y0 high.
+LOWEST = 0.002
+
+#: Share of the longest state of the primary branch up to which lengths are searched at a given pressure.
+BEYOND = 1.2
 
 #: Above this gamma = beta1^(1/4) shapes part so fast that a grid misses some, and the states
 #: found are followed through other rods at the same length for more.
@@ -64,12 +72,14 @@ def equilibria(
     law: str | CohesiveLaw | None = None,
     method: str | Method | Transcription = "spectral",
     tol: float = 1e-8,
-) -> list[Equilibrium]:
+) -> States:
     """Return every equilibrium that can be found for a question, labelled and certified.
 
     The states on the rod's primary branch are read off it, completely.  Off it, a grid of
-    shapes shot from the free tip is searched; that finds what lies in its range, but proves
-    nothing about what it does not find.  The grid takes from half a second to some seconds.
+    shapes shot from the free tip is searched, up to bounds that the result names (``searched``):
+    given the pressure, over tip angle and length, given the length, over tip angle and pressure.
+    That finds what lies within its bounds and is not finer than the grid; of what lies beyond it
+    says nothing.  It takes from half a second to some seconds.
 
     Parameters
     ----------
@@ -85,6 +95,8 @@ def equilibria(
     Returns
     -------
     list of Equilibrium
+        With an attribute ``searched``: the tip angles, p/T0 and sbar/eta within which states off
+        the primary branch were looked for; None under laws for which only the branch is followed.
         Sorted by p/T0, at one pressure by length.  ``state`` is "middle", "lower" or "folded"
         on the primary branch, where one that is not certified to ``tol`` is listed with that
         ``status``; "spurious" for alpha1 > 0 or y < 0, else "other".  A state whose
@@ -112,8 +124,9 @@ def equilibria(
     for found in _distinct(_search(ask)):
         solved = _solved(ask, found, chosen, tol)
         if solved is not None and not any(_same(solved, other) for other in results):
-            results.append(solved)
-    return sorted(results, key=lambda eq: (eq.alpha1 / eq.beta0, eq.beta0, eq.tip_angle))
+            results.append(replace(solved, **ask.as_given))
+    ordered = sorted(results, key=lambda eq: (eq.alpha1 / eq.beta0, eq.beta0, eq.tip_angle))
+    return States(ordered, _searched(ask))
 
 
 @dataclass(frozen=True)
@@ -122,6 +135,7 @@ class _Ask:
 
     posed: Posed
     target: Closure
+    as_given: dict[str, Any]
 
     @property
     def law(self) -> CohesiveLaw:
@@ -149,13 +163,16 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
         named = known_law("linear" if law is None else law)
         beta0 = positive("beta0", known_beta0(given["beta0"]))
         posed = Posed.at_groups(named, beta0, known_lambda(given.get("lam"), given.get("beta1")))
-        return _Ask(posed, posed.given[0])
+        exact = {"beta1": finite("beta1", given["beta1"])} if "beta1" in given else {}
+        return _Ask(posed, posed.given[0], {"beta0": beta0, "lam": posed.given[1].value, "given": exact})
     named, rod = known_law("auto" if law is None else law), require_rod(rod)
     if "length" in given:
         posed = Posed.at_length(rod, named, rod.length_ratio(given["length"]))
     else:
         posed = Posed.at_pressure(rod, named, rod.pressure_ratio(given["pressure"]))
-    return _Ask(posed, posed.given[1])
+    ((name, number),) = given.items()
+    exact = {name: finite(name, number), f"{name}_ratio": posed.given[1].value}
+    return _Ask(posed, posed.given[1], {"given": exact})
 
 
 def _require_range(ask: _Ask) -> None:
@@ -215,12 +232,24 @@ def _past(branch: PrimaryBranch, target: Closure, last: Point) -> bool:
 
 
 def _starts(ask: _Ask, shooting: TipShooting) -> list[Profile]:
+    bounds = _bounds(ask)
     if ask.target.kind == "length":
-        lowest = PRESSURES[0] if ask.law == LINEAR else 0.002
-        return starts_at_length(shooting, ask.target.value, (lowest, PRESSURES[1]))
-    branch = primary_branch(ask.law, ask.fixed)
-    longest = 1.2 * max((p.scalars.sigma for p in branch.points), default=4.0)
-    return starts_at_pressure(shooting, ask.target.value, longest)
+        return starts_at_length(shooting, ask.target.value, bounds.pressure_ratios)
+    return starts_at_pressure(shooting, ask.target.value, bounds.length_ratios[1])
+
+
+def _searched(ask: _Ask) -> Searched | None:
+    return _bounds(ask) if ask.law in (LINEAR, COHESIVE) else None
+
+
+def _bounds(ask: _Ask) -> Searched:
+    """Bounds of the search; lengths go beyond those of the primary branch, which has been walked."""
+    angles, given = (-STEEPEST, STEEPEST), ask.target.value
+    if ask.target.kind == "length":
+        lowest = PRESSURES[0] if ask.law == LINEAR else LOWEST
+        return Searched(angles, (lowest, PRESSURES[1]), (given, given))
+    points = primary_branch(ask.law, ask.fixed).points
+    return Searched(angles, (given, given), (0.0, BEYOND * max(p.scalars.sigma for p in points)))
 
 
 def _corrected(ask: _Ask, starts: list[Profile]) -> list[Profile]:
@@ -293,5 +322,7 @@ def _solved(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium
     eq = report(ask.posed, found.state, solved, tol)
     if not eq.certified:
         return eq if found.state in (*UNFOLDED, "folded") else None
-    physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])
+    # The linear law may pull a rod below the plate on its own branch; a walk under another has strayed.
+    own = ask.law == LINEAR and found.state not in ("other", "spurious")
+    physical = own or not any(flag in eq.flags for flag in DISQUALIFYING[2:4])
     return eq if physical else replace(eq, state="spurious")

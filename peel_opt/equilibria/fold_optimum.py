@@ -14,6 +14,9 @@ from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
 from ..residual.transcriptions import Shooting
 
+#: The last beta0 at which the branch through T has a fold, where the fold curve turns.
+LAST_FOLD = 37.546
+
 
 @dataclass(frozen=True)
 class FoldOptimum:
@@ -55,9 +58,12 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     branch = primary_branch(LINEAR, Closure("length", sigma))
     fold = branch.reach("LP-lambda")
     if fold is None:
+        if beta0 < LAST_FOLD:
+            raise NotConverged(f"the fold in lambda at beta0 = {beta0:g} was not reached ({branch.ended}).")
         raise NoEquilibrium(
             f"at beta0 = {beta0:g} the branch through T has no fold in lambda.",
-            remedy="Folds exist up to beta0 = 37.546; see fold_curve.",
+            remedy=f"Folds exist up to beta0 = {LAST_FOLD}; see fold_curve.",
+            nearest=LAST_FOLD,
         )
     # At small beta0 the fold is so near to T that the first step of the walk is past it.
     walked = [p for p in branch.points if p.arclength > 0.0]

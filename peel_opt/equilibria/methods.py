@@ -273,8 +273,9 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
     assert method.transcription is not None
     landed = started.landed
-    if landed is not None and method.ipopt is None and method.transcription == landed.problem.settings:
-        return _Solved(method.transcription, landed.problem, landed.correction, 0, 0)
+    if landed is not None and method.ipopt is None and _serves(landed.problem.settings, method):
+        assert landed.problem.settings is not None
+        return _Solved(landed.problem.settings, landed.problem, landed.correction, 0, 0)
     if method.ipopt is None:
         return _newton_solve(started, method.transcription, started.profile)
     problem, given = method.transcription.discretise(started.phases), started.posed.given
@@ -289,6 +290,15 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     iterations = programme.iterations + correction.iterations
     evaluations = programme.evaluations + correction.iterations
     return _Solved(method.transcription, problem, correction, iterations, evaluations)
+
+
+def _serves(mesh: Transcription | None, method: Method) -> bool:
+    """Whether a solution on a mesh is as good as one on the method's own, to start from."""
+    own = method.transcription
+    if mesh == own:
+        return True
+    finer = isinstance(mesh, Spectral) and isinstance(own, Spectral) and mesh.elements == own.elements
+    return finer and method.adaptive and mesh.nodes > own.nodes
 
 
 def _newton_solve(started: _Started, transcription: Transcription, profile: Profile) -> _Solved:

@@ -7,14 +7,17 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from ..base.checks import positive
 from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
+from ..continuation.ends import beside_folds, sharpened
 from ..continuation.isobars import states_near
 from ..continuation.points import Point
-from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
+from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch, softens
+from ..model.bond import COHESIVE, LINEAR
 from ..model.rod import RATIOS, require_ratio
 from ..residual.closures import Closure, rows
 from .certify import report
@@ -28,6 +31,9 @@ FAITHFUL = 0.05
 
 #: Share of ``near`` within which an answer counts as near.
 NEARBY = 0.1
+
+#: Distance of two answers, as a share of ``near``, within which they are one.
+SAME = 1e-7
 
 #: Points of a branch without an end (the linear law's) to look at when all states are wanted.
 FAR = 200
@@ -49,6 +55,8 @@ class Question:
     state : str or None
     near : float or None
         Value of the answer, dimensionless, to which the state should be nearest.
+    symbol : str
+        The unit of what the caller gave; empty where it has none.
     """
 
     posed: Posed
@@ -57,6 +65,11 @@ class Question:
     words: str
     state: str | None
     near: float | None
+    symbol: str = ""
+
+    def named(self, value: float) -> str:
+        """Return a value of the given number with its unit."""
+        return f"{value:.8g} {self.symbol}".rstrip()
 
     def fits(self, label: str) -> bool:
         """Whether a state with this label is meant."""
@@ -81,7 +94,9 @@ def solve(question: Question, method: Method, tol: float) -> Equilibrium:
     result = report(posed, chosen.state, solved, tol)
     own = posed.read(chosen.profile.scalars)
     jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
-    if jumped or (chosen.state in (*UNFOLDED, "folded") and "tip on plate" in result.flags):
+    # No state of the primary branch is there; the linear law alone may pull a rod below the plate.
+    elsewhere = ("tip on plate", "alpha1 > 0", *("y < 0",) * (posed.effective_law != LINEAR))
+    if jumped or (chosen.state in (*UNFOLDED, "folded") and any(f in result.flags for f in elsewhere)):
         raise NotConverged(
             f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
@@ -146,6 +161,13 @@ def _select(question: Question) -> tuple[Candidate, float, int]:
     if question.near is not None:
         found = found + _off_the_branch(closure, question)
     fitting = [c for c in found if question.fits(c.state)]
+    if not fitting and not softens(branch.family.law):
+        branch.extend(lambda _: False)  # its first fold in pressure need not be the minimum
+        found = branch.candidates(question.target)
+        fitting = [c for c in found if question.fits(c.state)]
+    if not fitting:
+        fitting = [c for c in beside_folds(branch, question.target) if question.fits(c.state)]
+        found = found + fitting
     if not fitting:
         raise _nothing_fits(branch, question, found)
     if question.near is not None:
@@ -189,11 +211,23 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
     near, read = question.near, question.posed.read
     guessed = [abs(c.estimate(read) - near) for c in candidates]
     margin = 2.0 * min(guessed) + 0.02 * (1.0 + abs(near))
-    close = [c for c, distance in zip(candidates, guessed, strict=True) if distance <= margin]
-    distances = [abs(read(c.profile.scalars) - near) for c in close]
-    same = min(distances) + 1e-7 * (1.0 + abs(near))
+    reached: list[tuple[float, Candidate]] = []
+    lost: list[tuple[Candidate, NotConverged]] = []
+    for candidate, distance in zip(candidates, guessed, strict=True):
+        if distance > margin:
+            continue
+        try:
+            reached.append((abs(read(candidate.profile.scalars) - near), candidate))
+        except NotConverged as error:
+            lost.append((candidate, error))
+    nearest = min((distance for distance, _ in reached), default=math.inf)
+    for candidate, error in lost:
+        met = any(candidate.holds(other) for _, other in reached)
+        if not met and candidate.least_distance(read, near) < nearest:
+            raise error  # it might be the one that is meant
     # A state of the primary branch may be met on another walk too: its own label comes first.
-    return next(c for c, distance in zip(close, distances, strict=True) if distance <= same)
+    same = nearest + SAME * (1.0 + abs(near))
+    return next(candidate for distance, candidate in reached if distance <= same)
 
 
 def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
@@ -213,17 +247,20 @@ def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
 
 def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
+    known = softens(branch.family.law) and _far_enough(branch, question, branch.points[-1])
     if not found and branch.family.law.branch_ends:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
     if branch.ended in ("stalled", "limit"):
         in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
-        if _heads_for(branch, question.target) or not in_range:
+        # What is left of a branch of these laws is known to go on the way it went.
+        simple = branch.family.law in (LINEAR, COHESIVE)
+        if not (simple or known) or _heads_for(branch, question.target) or not in_range:
             return _not_followed(branch, question, in_range)
     nearest, posed = _nearest(branch, question), question.posed
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
-        message += f" The nearest that does exist: {question.posed.given_name} = {nearest:.8g}."
+        message += f" The nearest that does exist: {question.posed.given_name} = {question.named(nearest)}."
     if found:
         listed = (f"{c.state} ({posed.asked} about {c.estimate(posed.read):.4g})" for c in found)
         message += f" States that do exist there: {', '.join(listed)}."
@@ -268,8 +305,21 @@ def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
         asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
     else:
         kind, asked = question.target.kind, question.target.value
-        wanted = [p.scalars for p in branch.points if question.fits(branch.state_at(p.arclength))]
-        values = [s.pressure_ratio if kind == "pressure" else s.sigma for s in wanted]
+        read = (lambda s: s.pressure_ratio) if kind == "pressure" else (lambda s: s.sigma)
+        values = [read(p.scalars) for p in _of_the_state(branch, question)]
     if not values:
         return None
     return question.unit(round(float(min(values, key=lambda v: abs(v - asked))), 12))
+
+
+def _of_the_state(branch: PrimaryBranch, question: Question) -> list[Point]:
+    """Points of the states that are meant, ends included; folds as a finer mesh has them."""
+    wanted: dict[int, Point] = {}
+    for here, there in pairwise(branch.points):
+        if question.fits(branch.state_at(0.5 * (here.arclength + there.arclength))):
+            wanted |= {id(here): here, id(there): there}
+    for located in branch.folds:
+        fold = sharpened(branch, located) if id(located.point) in wanted else None
+        if fold is not None:
+            wanted[id(located.point)] = fold.fold
+    return list(wanted.values())

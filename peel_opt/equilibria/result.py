@@ -80,6 +80,8 @@ class Equilibrium:
         What a reader must know about the shape: "y > y0" (under the linear law), "p < 0",
         "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact"; and
         that the nearest state is "far from near=" the value asked for, in the groups' units.
+    given : dict
+        The numbers that were given, by the names of the attributes that have them unchanged.
     """
 
     rod: Rod | None
@@ -97,13 +99,14 @@ class Equilibrium:
     message: str = ""
     stats: Stats = field(default_factory=Stats)
     source: Shape | Solution | None = field(default=None, repr=False)
+    given: dict[str, float] = field(default_factory=dict, repr=False)
 
     # --- the paper's groups -----------------------------------------------------------
 
     @property
     def beta1(self) -> float:
         """(sbar/eta)^3 sbar/y0, equation (11)."""
-        return self.lam + math.pi**4
+        return self._as_given("beta1", self.lam + math.pi**4)
 
     @property
     def alpha(self) -> float:
@@ -113,12 +116,13 @@ class Equilibrium:
     @property
     def pressure_ratio(self) -> float:
         """P = p/T0; nan at beta0 = 0."""
-        return 1.0 + self.alpha1 / self.beta0 if self.beta0 else math.nan
+        computed = 1.0 + self.alpha1 / self.beta0 if self.beta0 else math.nan
+        return self._as_given("pressure_ratio", computed)
 
     @property
     def length_ratio(self) -> float:
         """sigma = sbar/eta; nan at beta0 = 0."""
-        return math.cbrt(self.beta0) if self.beta0 else math.nan
+        return self._as_given("length_ratio", math.cbrt(self.beta0) if self.beta0 else math.nan)
 
     @property
     def ratio(self) -> float:
@@ -130,12 +134,17 @@ class Equilibrium:
     @property
     def pressure(self) -> float:
         """Pressure [Pa]; without a rod in k/sbar^3, that is alpha."""
-        return self.alpha if self.rod is None else self.rod.pressure(self.pressure_ratio)
+        computed = self.alpha if self.rod is None else self.rod.pressure(self.pressure_ratio)
+        return self._as_given("pressure", computed)
 
     @property
     def length(self) -> float:
         """Detached length [m]; without a rod the unit of length, 1."""
-        return 1.0 if self.rod is None else self.rod.length(self.length_ratio)
+        return self._as_given("length", 1.0 if self.rod is None else self.rod.length(self.length_ratio))
+
+    def _as_given(self, name: str, computed: float) -> float:
+        """Return a number as it was given; on the way through the groups it may lose its last digit."""
+        return self.given.get(name, computed)
 
     @property
     def answer(self) -> float:

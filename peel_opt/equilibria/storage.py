@@ -172,7 +172,7 @@ def _head(eq: Equilibrium) -> dict[str, Any]:
     head: dict[str, Any] = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "points": len(eq.shape.xi)}
     head |= {name: float(getattr(eq, name)) for name in _FLOATS}
     head |= {name: getattr(eq, name) for name in _TEXTS}
-    head["flags"] = list(eq.flags)
+    head |= {"flags": list(eq.flags), "given": eq.given}
     return head | Units.of(eq.rod).rod(eq.rod) | _stats_record(eq.stats)
 
 
@@ -252,6 +252,9 @@ def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
         parts = head[name] if name == "flags" else [head[name]]
         if not isinstance(parts, list) or not all(isinstance(part, str) for part in parts):
             raise ValueError(f"{name} is no text")
+    given = head.get("given", {})  # which files of earlier versions do not have
+    if not isinstance(given, dict) or not all(isinstance(value, float) for value in given.values()):
+        raise ValueError("given holds no numbers")
     named = {key.split(" [")[0]: value for key, value in head.items()}
     return Equilibrium(
         rod=rod_from(head),
@@ -259,4 +262,5 @@ def _restore(head: dict[str, Any], shape: Shape) -> Equilibrium:
         flags=tuple(head["flags"]),
         stats=Stats(**{f.name: named[f"stats.{f.name}"] for f in fields(Stats)}),
         source=shape,
+        given=given,
     )

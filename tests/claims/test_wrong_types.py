@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import peel_opt as po
@@ -95,6 +99,38 @@ def test_arguments_of_the_wrong_kind_raise_typed_errors(
             except TypeError as error:
                 if "missing" not in str(error):  # as Python says it of an argument
                     pytest.fail(f"{parameter.name} = {wrong!r:.60}: {error!r}")
+
+
+#: Kinds of numbers that mean the same as a float.
+KINDS = [Fraction, lambda x: Decimal(repr(x)), np.float64, np.array]
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_any_kind_of_number_is_taken_where_a_number_is(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    call, good = getattr(po, name), GOOD[name]()
+    signature = inspect.signature(call)
+    given = {k: p.default for k, p in signature.parameters.items() if p.default is not p.empty} | good
+    for parameter, value in given.items():
+        if type(value) is float and math.isfinite(value):
+            for kind in KINDS:
+                call(**good | {parameter: kind(value)})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: Callable) -> None:
+    assert (
+        po.length_given_pressure(STRIP, kind(60000.0)).length == po.length_given_pressure(STRIP, 6e4).length
+    )
+    assert po.pressure_given_length(ROD, kind(3.25)).pressure == po.pressure_given_length(ROD, 3.25).pressure
+    near = {"beta0": kind(4.0), "lam": kind(-0.125), "near": kind(-2.5)}
+    assert po.equilibrium(**near).alpha1 == po.equilibrium(beta0=4.0, lam=-0.125, near=-2.5).alpha1
+    with pytest.raises(po.NoEquilibrium, match="100 Pa"):
+        po.length_given_pressure(STRIP, kind(100.0))
+    with pytest.raises(po.NoEquilibrium, match="9 m"):
+        po.pressure_given_length(STRIP, kind(9.0))
 
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.

@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from ...analysis.design_relations import LEAST_RATIO, maxwell_length
-from ...base.errors import NoEquilibrium, PeelOptError
+from ...base.errors import NoEquilibrium, NotConverged, PeelOptError
 from ...continuation.primary import primary_branch
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...model.bond import COHESIVE
@@ -196,7 +196,7 @@ def _minimum(rod: Rod, requirement: Requirement) -> Block:
     branch = primary_branch(COHESIVE, closure)
     fold = branch.reach("LP-pressure")
     if fold is None:
-        raise NoEquilibrium("the minimum pressure was not reached.")
+        raise NotConverged("the minimum pressure was not reached.")
     problem = FOLD_MESH.discretise(fold.point.problem.phases)
     x = problem.pack(fold.point.profile)
     _, ratio_row = rows(closure)(x[-4:])

@@ -22,7 +22,7 @@ import numpy as np
 from ... import __version__
 from ...base.errors import PeelOptError
 from ...base.threads import one_thread
-from ...continuation.primary import primary_branch
+from ...continuation.primary import forget_branches
 from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
 from ...model.equations import PI4
@@ -67,7 +67,7 @@ class Answers:
 def answer_chunk(task: Task) -> Answers:
     """Answer all points of a chunk; failures are rows too."""
     with _ONE_AT_A_TIME, one_thread():
-        primary_branch.cache_clear()
+        forget_branches()
         rows = [_answered(task, row) for row in task.values.tolist()]
         computed_by = arithmetic()
     numbers = np.array([row[0] for row in rows], dtype=np.float64)
