@@ -9,7 +9,7 @@ from functools import partial
 from ..base.checks import finite, known_beta0
 from ..base.errors import InvalidInput, PeelOptError
 from ..model.bond import CohesiveLaw
-from ..model.rod import Rod, require_rod
+from ..model.rod import RATIOS, Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription
 from .methods import Method, as_method
@@ -75,7 +75,7 @@ def pressure_given_length(
     """
 
     def ask() -> Equilibrium:
-        sigma = require_rod(rod).length_ratio(length)
+        sigma = require_rod(rod, RATIOS).length_ratio(length)
         question = Question(
             posed=Posed.at_length(rod, known_law(law), sigma),
             target=Closure("length", sigma),
@@ -136,7 +136,7 @@ def length_given_pressure(
     """
 
     def ask() -> Equilibrium:
-        P = require_rod(rod).pressure_ratio(pressure)
+        P = require_rod(rod, RATIOS).pressure_ratio(pressure)
         question = Question(
             posed=Posed.at_pressure(rod, known_law(law), P),
             target=Closure("pressure", P),

@@ -17,7 +17,7 @@ from ..continuation.points import Point
 from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, crossings, primary_branch
 from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length, starts_at_pressure
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.rod import Rod, require_ratio, require_rod
+from ..model.rod import RATIOS, Rod, require_ratio, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile, Transcription
 from ..residual.transcriptions import Spectral
@@ -165,7 +165,7 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
         posed = Posed.at_groups(named, beta0, known_lambda(given.get("lam"), given.get("beta1")))
         exact = {"beta1": finite("beta1", given["beta1"])} if "beta1" in given else {}
         return _Ask(posed, posed.given[0], {"beta0": beta0, "lam": posed.given[1].value, "given": exact})
-    named, rod = known_law("auto" if law is None else law), require_rod(rod)
+    named, rod = known_law("auto" if law is None else law), require_rod(rod, RATIOS)
     if "length" in given:
         posed = Posed.at_length(rod, named, rod.length_ratio(given["length"]))
     else:

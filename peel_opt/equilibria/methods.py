@@ -295,10 +295,9 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
 def _serves(mesh: Transcription | None, method: Method) -> bool:
     """Whether a solution on a mesh is as good as one on the method's own, to start from."""
     own = method.transcription
-    if mesh == own:
-        return True
-    finer = isinstance(mesh, Spectral) and isinstance(own, Spectral) and mesh.elements == own.elements
-    return finer and method.adaptive and mesh.nodes > own.nodes
+    if isinstance(mesh, Spectral) and isinstance(own, Spectral) and method.adaptive:
+        return mesh.elements == own.elements and mesh.nodes >= own.nodes
+    return mesh == own
 
 
 def _newton_solve(started: _Started, transcription: Transcription, profile: Profile) -> _Solved:

@@ -221,10 +221,10 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
         except NotConverged as error:
             lost.append((candidate, error))
     nearest = min((distance for distance, _ in reached), default=math.inf)
-    for candidate, error in lost:
+    for candidate, reason in lost:
         met = any(candidate.holds(other) for _, other in reached)
         if not met and candidate.least_distance(read, near) < nearest:
-            raise error  # it might be the one that is meant
+            raise reason  # it might be the one that is meant
     # A state of the primary branch may be met on another walk too: its own label comes first.
     same = nearest + SAME * (1.0 + abs(near))
     return next(candidate for distance, candidate in reached if distance <= same)

@@ -126,12 +126,15 @@ def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:
     return ratio
 
 
-def require_rod(rod: object) -> Rod:
-    """Return ``rod`` if it is one whose branch can be followed, or say what it is instead."""
+def require_rod(rod: object, limits: tuple[float, float] = FOLLOWED) -> Rod:
+    """Return ``rod`` if it is one whose branch can be followed, or say what it is instead.
+
+    Single answers, which are tested in a narrower range, pass that as ``limits``.
+    """
     if not isinstance(rod, Rod):
         raise InvalidInput(
             f"rod must be a Rod, got {rod!r:.60}.",
             remedy="Make one with Rod(k, T0, y0) or Rod.from_ratio(r).",
         )
-    require_ratio(rod.ratio, FOLLOWED)
+    require_ratio(rod.ratio, limits)
     return rod

@@ -180,3 +180,16 @@ def test_display_for_people(value, unit, text):
 @pytest.mark.parametrize("value", [1.0, 12.3456, 999.999, 1e3, 0.1, 1e-3, 7.77e-8, 3.21e8])
 def test_what_is_displayed_can_be_typed_in_again(value):
     assert parse("p", display(value, "Pa"), PRESSURE) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("0.2 MPa", PRESSURE, 2e5),
+        ("0.3e-1 MPa", PRESSURE, 3e4),
+        ("1.1 bar", PRESSURE, 1.1e5),
+        ("29 um", LENGTH, 29e-6),
+    ],
+)
+def test_decimal_units_leave_the_number_as_it_is_written(text: str, kind: object, value: float) -> None:
+    assert parse("x", text, kind) == value

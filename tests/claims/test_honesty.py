@@ -138,6 +138,42 @@ def test_where_the_answer_hangs_on_the_last_digits_rounding_is_reported(method: 
     assert eq.error < 1e-8
 
 
+@pytest.mark.parametrize(
+    ("ratio", "P", "method"),
+    [
+        (0.0055, 0.9968466019846497, "auto"),
+        (40.0, 0.647732, "spectral"),
+        (50.0, 0.77505, po.Collocation()),
+        (0.0148, 0.9890585050131905, po.Shooting(24, "rk4")),
+    ],
+    ids=str,
+)
+def test_where_two_meshes_agree_by_chance_the_error_is_not_smaller(
+    ratio: float, P: float, method: str | po.Collocation | po.Shooting
+) -> None:
+    question = {"ratio": ratio, "pressure": P, "state": "folded", "tol": 1e-3}
+    eq, reference = put(question, method=method), put(question, method=REFERENCE)
+    true = abs(eq.answer - reference.answer)
+    assert true > 3.0 * reference.error  # what is tested is seen
+    assert true <= eq.error
+
+
+@pytest.mark.parametrize("method", [po.Shooting(2), po.Spectral(3), po.Collocation(2, 2)], ids=str)
+def test_errors_of_very_coarse_meshes_are_no_smaller_than_the_true_ones(method: po.Shooting) -> None:
+    for ratio in (0.02, 0.5, 3.0, 60.0):
+        for share in (0.1, 0.5, 0.9):
+            P = 1.0 - share * (1.0 - least_pressure(ratio))
+            eq = put({"ratio": ratio, "pressure": P, "tol": 10.0}, method=method, throw=False)
+            if eq.certified:
+                reference = put({"ratio": ratio, "pressure": P, "tol": 10.0}, method=REFERENCE)
+                assert abs(eq.answer - reference.answer) <= eq.error + reference.error, (ratio, P)
+
+
+def test_refinement_goes_on_until_the_certificate_is_within_tol_too() -> None:
+    eq = put({"ratio": 375.0, "pressure": 0.5885, "state": "folded"})
+    assert max(eq.error, eq.certificate) <= 1e-8
+
+
 def check_tolerances(method: str, question: dict) -> None:
     reference = put(question, method=REFERENCE, tol=1e-2)
     answers = [put(question, method=method, tol=tol, throw=False) for tol in TOLERANCES]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -363,3 +364,90 @@ def test_a_state_far_from_the_one_asked_for_says_so() -> None:
     assert not any("far from" in flag for flag in near.flags)
     assert "far from near=0.9" in far.flags
     assert far.certified
+
+
+def test_near_is_not_refused_for_a_state_that_is_not_meant() -> None:
+    rod = po.Rod.from_ratio(0.16356)
+    near = po.pressure_given_length(rod, 4.939939, near=0.999997)
+    assert near.pressure == po.pressure_given_length(rod, 4.939939).pressure
+
+
+@pytest.mark.parametrize("ratio", [0.05, 1.0])
+def test_beside_the_least_pressure_nothing_is_denied_that_exists(ratio: float) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    least = po.readhesion_pressure(rod).pressure
+    for above in (1e-10, 1e-11, 1e-12):
+        eq = po.length_given_pressure(rod, least * (1.0 + above), throw=False)
+        assert eq.status != "no-equilibrium"
+    with pytest.raises(po.NoEquilibrium) as caught:
+        po.length_given_pressure(rod, least * (1.0 - 1e-10))
+    assert caught.value.nearest == pytest.approx(least, abs=1e-12)
+
+
+def test_the_nearest_folded_state_is_the_end_of_the_folded_states() -> None:
+    with pytest.raises(po.NoEquilibrium) as caught:
+        po.length_given_pressure(po.Rod.from_ratio(0.0055), 0.9, state="folded")
+    assert caught.value.nearest == pytest.approx(0.994367043, abs=1e-9)
+
+
+def test_the_nearest_number_has_its_unit() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    with pytest.raises(po.NoEquilibrium, match=r"pressure = [0-9.]+ Pa\."):
+        po.length_given_pressure(rod, 100.0)
+    with pytest.raises(po.NoEquilibrium, match=r"length = [0-9.]+ m\."):
+        po.pressure_given_length(rod, 1e-4)
+
+
+def test_a_walk_that_strays_below_the_plate_lends_no_label() -> None:
+    for eq in po.equilibria(po.Rod.from_ratio(188.53652066850867), length=1.0):
+        assert eq.state != "folded"
+        assert ("y < 0" in eq.flags or "alpha1 > 0" in eq.flags) == (eq.state == "spurious")
+
+
+@pytest.mark.parametrize(
+    ("ratio", "P", "sigma", "tip"),
+    [(2.2018, 0.664601, 7.63143, -0.1862), (32.0, 0.25, 9.2349634174, -4.2550988487)],
+)
+def test_all_states_at_a_pressure_within_the_bounds_that_are_named(
+    ratio: float, P: float, sigma: float, tip: float
+) -> None:
+    states = po.equilibria(po.Rod.from_ratio(ratio), pressure=P)
+    found = min(states, key=lambda eq: abs(eq.length_ratio - sigma))
+    assert found.length_ratio == pytest.approx(sigma, rel=3e-6)
+    assert found.tip_angle == pytest.approx(tip, abs=1e-4)
+    assert "y < 0" not in found.flags
+    assert states.searched.pressure_ratios == (P, P)
+    assert states.searched.length_ratios[0] < sigma < states.searched.length_ratios[1]
+
+
+def test_a_law_that_hardens_again_is_not_denied_states_that_were_not_looked_for() -> None:
+    law = po.CohesiveLaw(
+        [lambda u: 1 - u, lambda u: 0.4 + 0.8 * (u - 0.6), lambda u: 0.8 - 0.8 * (u - 1.1), lambda u: 0 * u],
+        kinks=(0.6, 1.1, 2.1),
+    )
+    eq = po.length_given_pressure(po.Rod.from_ratio(10.0), 0.3, law=law, throw=False)
+    assert eq.status in ("certified", "not-converged")
+
+
+def test_numbers_come_back_as_they_were_given() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    for pressure in (6e4, 61234.567, 1.1e5):
+        assert po.length_given_pressure(rod, pressure).pressure == pressure
+    for length in (1.9e-3, 2.0123e-3):
+        eq = po.pressure_given_length(rod, length)
+        assert (eq.length, eq.length_ratio) == (length, rod.length_ratio(length))
+    eq = po.equilibrium(beta0=7.1, beta1=99.9)
+    assert (eq.beta0, eq.beta1) == (7.1, 99.9)
+    eq = po.equilibrium(beta0=4, lam=0.3)
+    assert (eq.beta0, eq.lam) == (4.0, 0.3)
+    assert {eq.length for eq in po.equilibria(rod, length=1.9e-3, law=po.exponential())} == {1.9e-3}
+
+
+def test_numbers_that_were_given_survive_a_file(tmp_path: Path) -> None:
+    eq = po.length_given_pressure(po.Rod(2.3e-5, 140e3, 0.73e-3), 6e4)
+    for path in (eq.save(tmp_path / "a.npz"), eq.to_csv(tmp_path / "a.csv")):
+        assert po.Equilibrium.load(path).pressure == 6e4
+
+
+def test_dir_lists_what_is_public() -> None:
+    assert set(dir(po)) == {*po.__all__, "__version__"}
