@@ -104,7 +104,10 @@ class TipShooting:
         sine, cosine = np.sin(theta), np.cos(theta)
         u = self.ratio * y
         lost = u if self.law == LINEAR else np.minimum(u, 1.0)  # 1 - tau
-        return np.stack([turn, ny * cosine - nx * sine, -P * sine, P * cosine - 1.0 + lost, sine])
+        slopes = np.empty_like(z)
+        slopes[0], slopes[1], slopes[2] = turn, ny * cosine - nx * sine, -P * sine
+        slopes[3], slopes[4] = P * cosine - 1.0 + lost, sine
+        return slopes
 
     def misses(self, angle: np.ndarray, P: np.ndarray, sigma: np.ndarray, steps: int) -> np.ndarray:
         """theta and y at the detachment point, shape (2, n)."""

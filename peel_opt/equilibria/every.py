@@ -125,7 +125,7 @@ def equilibria(
         solved = _solved(ask, found, chosen, tol)
         if solved is not None and not any(_same(solved, other) for other in results):
             results.append(replace(solved, **ask.as_given))
-    ordered = sorted(results, key=lambda eq: (eq.alpha1 / eq.beta0, eq.beta0, eq.tip_angle))
+    ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))
     return States(ordered, _searched(ask))
 
 
