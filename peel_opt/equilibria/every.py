@@ -322,7 +322,5 @@ def _solved(ask: _Ask, found: _Found, method: Method, tol: float) -> Equilibrium
     eq = report(ask.posed, found.state, solved, tol)
     if not eq.certified:
         return eq if found.state in (*UNFOLDED, "folded") else None
-    # The linear law may pull a rod below the plate on its own branch; a walk under another has strayed.
-    own = ask.law == LINEAR and found.state not in ("other", "spurious")
-    physical = own or not any(flag in eq.flags for flag in DISQUALIFYING[2:4])
+    physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])
     return eq if physical else replace(eq, state="spurious")
