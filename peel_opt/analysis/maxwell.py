@@ -24,8 +24,7 @@ from ..model.bond import LINEAR
 from ..model.equations import PI4, kernel
 from ..residual.closures import Closure
 from ..residual.transcriptions import Spectral
-from .branch_potential import branch_potential
-from .potential import EffectivePotential
+from .branch_potential import points_potential
 
 #: Largest beta0 at which the branch from T has a fold in lambda.
 TURN = 37.54580749
@@ -151,28 +150,10 @@ def _curve(low: float, high: float, points: int) -> MaxwellCurve:
     return MaxwellCurve(*columns)
 
 
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """Detached states in order from T."""
-
-    lam: np.ndarray
-    alpha1: np.ndarray
-    beta0: float
-
-
 def maxwell_point(beta0: float, steps: int = _STEPS) -> tuple[float, float, float]:
     """Return lambda_M, alpha1_M and the error of lambda_M of the branch at one beta0."""
-    walk = walk_round_the_fold(beta0, steps)
-    found = walked_potential(walk).maxwell()
-    coarse = walked_potential(walk, 2).maxwell()
-    return *found, abs(found[0] - coarse[0])
-
-
-def walked_potential(walk: PrimaryBranch, every: int = 1) -> EffectivePotential:
-    """Return the effective potential of the points walked at fixed beta0, or of some of them."""
-    scalars = [point.scalars for point in walk.points[::every]]
-    lam, alpha1 = np.array([s.lam for s in scalars]), np.array([s.alpha1 for s in scalars])
-    return branch_potential(_Points(lam, alpha1, scalars[0].beta0))
+    found = points_potential(beta0, walk_round_the_fold(beta0, steps).points).maxwell()
+    return *found, found.error
 
 
 def walk_round_the_fold(beta0: float, steps: int = _STEPS, *, beyond: float = 0.6) -> PrimaryBranch:

@@ -26,8 +26,9 @@ from ..model.equations import PI4
 from ..model.rod import require_ratio
 from ..residual.closures import Closure, rows, sensitivity_to_given
 from ..residual.newton import correct, factorised
+from .branch_potential import points_potential
 from .design_relations import LEAST_RATIO, maxwell_length
-from .maxwell import walk_round_the_fold, walked_potential
+from .maxwell import walk_round_the_fold
 from .surface import Gradient
 
 #: Numbers of Gauss nodes in alpha1, taken until two results agree; near the corner of the branch
@@ -148,7 +149,7 @@ def _maxwell_point(beta0: float, nodes: int) -> _MaxwellPoint:
 def _walk(beta0: float) -> tuple[PrimaryBranch, float]:
     """The branch at one beta0, and its alpha1_M by quadrature over the points walked."""
     walk = walk_round_the_fold(beta0)
-    return walk, walked_potential(walk).maxwell()[1]
+    return walk, points_potential(beta0, walk.points).maxwell().alpha1
 
 
 def _state(walk: PrimaryBranch, alpha1: float) -> tuple[float, float, float]:

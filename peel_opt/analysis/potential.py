@@ -20,10 +20,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.polynomial import Polynomial
+from numpy.polynomial import Chebyshev, Polynomial
 
 from ..base.arrays import floats
 from ..base.checks import finite
@@ -36,16 +37,64 @@ from ..model.series import UniformSeries
 _SCAN = 800
 
 
+class Level(tuple[float, float]):
+    """A named point of the curve: (lambda, alpha1), which unpacks as these two, with their errors.
+
+    Parameters
+    ----------
+    lam, alpha1 : float
+    error : float
+        Of lambda; NaN on a normal form, which does not know how far it is from the equations.
+    alpha1_error : float
+        Of alpha1, much larger at a fold, where the curve is flat.
+    """
+
+    error: float
+    alpha1_error: float
+
+    def __new__(
+        cls, lam: float, alpha1: float, error: float = math.nan, alpha1_error: float = math.nan
+    ) -> Level:
+        """Make the pair."""
+        level = super().__new__(cls, (lam, alpha1))
+        level.error, level.alpha1_error = error, alpha1_error
+        return level
+
+    def __getnewargs__(self) -> tuple[float, float, float, float]:  # for pickle and copy
+        return self[0], self[1], self.error, self.alpha1_error
+
+    @property
+    def lam(self) -> float:
+        """Value beta1 - pi^4."""
+        return self[0]
+
+    @property
+    def alpha1(self) -> float:
+        """Extra pressure."""
+        return self[1]
+
+
 @dataclass(frozen=True)
 class CriticalPoint:
-    """A critical point of the effective potential; at a fold or at T it is an "inflection"."""
+    """A critical point of the effective potential; at a fold or at T it is an "inflection".
+
+    Parameters
+    ----------
+    alpha1, potential : float
+    kind : {"minimum", "maximum", "inflection"}
+    error : float
+        Of alpha1; NaN on a normal form, 0 for the straight rod.
+    potential_error : float
+    """
 
     alpha1: float
     potential: float
     kind: Literal["minimum", "maximum", "inflection"]
+    error: float = math.nan
+    potential_error: float = math.nan
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EffectivePotential:
     """Effective potential at one beta0, as a function of alpha1 and lambda.
 
@@ -56,6 +105,13 @@ class EffectivePotential:
     slope : its derivative
     moment : integral of x Lambda(x) from 0 to alpha1
     domain : extra pressures for which the curve is known; outside, the potential is NaN
+    kinks : extra pressures at which the slope of the curve is not smooth
+    noise : error of the states behind the curve, in lambda, as a function of alpha1; unknown without
+    others : the same potential from fewer states
+
+    Notes
+    -----
+    What is read from a potential has an error: the most by which ``others`` differ, and the noise.
     """
 
     beta0: float
@@ -64,6 +120,15 @@ class EffectivePotential:
     slope: Callable[[Any], Any]
     moment: Callable[[Any], Any]
     domain: tuple[float, float]
+    kinks: tuple[float, ...] = ()
+    noise: Callable[[Any], Any] | None = None
+    others: tuple[EffectivePotential, ...] = ()
+
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__} at beta0 = {self.beta0:.9g}, alpha1 from {self.domain[0]:.6g} to"
+            f" {self.domain[1]:.6g}, error of lambda up to {self.error:.1e}"
+        )
 
     def __call__(self, alpha1: Any, lam: Any) -> np.ndarray:
         """U_e(alpha1; beta0, lambda), (35)."""
@@ -89,6 +154,52 @@ class EffectivePotential:
             return np.empty(0)
         return graph_roots(self.curve, self.slope, self.domain, lam)
 
+    # --- errors -----------------------------------------------------------------------------
+
+    def curve_error(self, alpha1: Any) -> np.ndarray:
+        """Error of Lambda(alpha1); NaN on a normal form."""
+        if self.noise is None:
+            return np.full(np.shape(alpha1), np.nan)
+        curve = self.curve(alpha1)
+        apart = [np.abs(other.curve(alpha1) - curve) for other in self.others]
+        return np.max([np.zeros(np.shape(alpha1)), *apart], axis=0) + self.noise(alpha1)
+
+    @cached_property
+    def error(self) -> float:
+        """Largest error of lambda on the part of the curve that is known; NaN on a normal form."""
+        if self.noise is None:
+            return math.nan
+        return float(self.curve_error(np.linspace(*self.domain, _SCAN + 1)).max())
+
+    def _apart(self, read: Callable[[EffectivePotential], Any], found: Any) -> np.ndarray:
+        """Most by which ``others`` differ in a reading; infinite where one of them has none."""
+        try:
+            apart = [np.abs(np.subtract(read(other), found)) for other in self.others]
+        except NoEquilibrium:
+            return np.full(np.shape(found), np.inf)
+        return np.max([np.zeros(np.shape(found)), *apart], axis=0)
+
+    def _moved(self, x: float) -> float:
+        """How far the noise moves a state at ``x`` along the curve."""
+        if x == 0.0:
+            return 0.0
+        step = 1e-4 * x
+        bend = abs(float(self.slope(x + step) - self.slope(x - step))) / 2e-4
+        return self._noise(x) / max(abs(float(self.slope(x))), bend)
+
+    def _noise(self, x: float) -> float:
+        return math.nan if self.noise is None else float(self.noise(x))
+
+    def _level(self, name: Literal["fold", "maxwell", "delay"], lam: float, x: float) -> Level:
+        """Return a named point with its errors."""
+        if self.noise is None:
+            return Level(lam, x)
+        apart = self._apart(lambda other: getattr(other, name)(), (lam, x))
+        noise = 0.0 if name == "delay" else self._noise(x)  # there lambda is 0 by its meaning
+        return Level(lam, x, float(apart[0]) + noise, float(apart[1]) + self._moved(x))
+
+    # --- what is read from it ---------------------------------------------------------------
+
     def critical_points(self, lam: float) -> tuple[CriticalPoint, ...]:
         """All critical points at lambda, the straight rod alpha1 = 0 among them, ascending."""
         points = [self._critical(float(x), lam) for x in self.alpha1(lam)]
@@ -102,17 +213,36 @@ class EffectivePotential:
         kind: Literal["minimum", "maximum", "inflection"] = "inflection"
         if abs(curvature) > 1e-12 * (abs(lam) + x * x):
             kind = "minimum" if curvature > 0.0 else "maximum"
-        return CriticalPoint(x, float(self(x, lam)), kind)
+        if x == 0.0:
+            return CriticalPoint(0.0, 0.0, kind, 0.0, 0.0)
+        depth = float(self(x, lam))
+        if self.noise is None:
+            return CriticalPoint(x, depth, kind)
 
-    def global_minimum(self, lam: float) -> CriticalPoint:
-        """Deepest minimum at lambda, the state of the Maxwell convention."""
-        minima = [point for point in self.critical_points(lam) if point.kind == "minimum"]
-        if not minima:
-            raise NoEquilibrium(
-                f"the potential has no minimum at beta0 = {self.beta0:g}, lambda = {lam:g}.",
-                remedy="Its curve may end before the detached state is reached; move lambda towards 0.",
-            )
-        return min(minima, key=lambda point: point.potential)
+        def same(other: EffectivePotential) -> tuple[float, float]:
+            there = other.alpha1(lam)
+            if not there.size:
+                raise NoEquilibrium("no such state.")
+            at = float(there[np.argmin(np.abs(there - x))])
+            return at, float(other(at, lam))
+
+        apart = self._apart(same, (x, depth))
+        lifted = 0.5 * abs(self.a1) * x * x * self._noise(x)
+        return CriticalPoint(x, depth, kind, float(apart[0]) + self._moved(x), float(apart[1]) + lifted)
+
+    def area(self, lost: float, peeled: float) -> tuple[float, float]:
+        """Integral of alpha1 dlambda along the curve between two extra pressures, and its error."""
+        inside = [x for x in self.kinks if min(lost, peeled) < x < max(lost, peeled)]
+        edges = np.unique([*np.linspace(lost, peeled, 65), *inside])
+        cell = Grid.gauss(8)
+        x = edges[:-1, None] + np.diff(edges)[:, None] * cell.xi
+        area = abs(float((x * self.slope(x) @ cell.weights) @ np.diff(edges)))
+        if self.noise is None:
+            return area, math.nan
+        apart = self._apart(lambda other: other.area(lost, peeled)[0], area)
+        # by parts: alpha1 at both ends and the width between, times the error of lambda
+        noise = max(self._noise(lost), self._noise(peeled))
+        return area, float(apart) + 2.0 * (abs(lost) + abs(peeled)) * noise
 
     def barrier(self, lam: float, state: Literal["adhered", "detached"] = "adhered") -> float:
         """Height of the potential between the adhered and the detached minimum, above ``state``."""
@@ -127,10 +257,10 @@ class EffectivePotential:
             )
         return points[1].potential - points[0 if state == "detached" else 2].potential
 
-    def fold(self) -> tuple[float, float]:
+    def fold(self) -> Level:
         """(lambda, alpha1) of the fold F, (34)."""
         if self.beta0 == 0.0:
-            return 0.0, 0.0
+            return Level(0.0, 0.0, 0.0, 0.0)
         below = [x for x in self._turns if x < 0.0]
         if not below:
             raise NoEquilibrium(
@@ -138,17 +268,17 @@ class EffectivePotential:
                 f" [{self.domain[0]:.4g}, {self.domain[1]:.4g}], where it is known.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return float(self.curve(below[-1])), below[-1]
+        return self._level("fold", float(self.curve(below[-1])), below[-1])
 
-    def maxwell(self) -> tuple[float, float]:
+    def maxwell(self) -> Level:
         """(lambda, alpha1) where the detached minimum is as deep as the adhered one, (36)."""
         if self.beta0 == 0.0:
-            return 0.0, 0.0
+            return Level(0.0, 0.0, 0.0, 0.0)
 
         def depth(x: Any) -> Any:
             return 0.5 * x * x * self.curve(x) - self.moment(x)
 
-        low, fold = self.domain[0], self.fold()[1]
+        low, fold = self.domain[0], self.fold().alpha1
         equal = zeros(depth, np.linspace(low, fold, _SCAN + 1))
         if not equal:
             raise NoEquilibrium(
@@ -156,22 +286,22 @@ class EffectivePotential:
                 f" one for alpha1 down to {low:.4g}, where the branch ends.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return float(self.curve(equal[-1])), equal[-1]
+        return self._level("maxwell", float(self.curve(equal[-1])), equal[-1])
 
-    def delay(self) -> tuple[float, float]:
+    def delay(self) -> Level:
         """Point (0, alpha1) at which the rod lands when it holds on until the adhered minimum is lost."""
         if self.beta0 == 0.0:
-            return 0.0, 0.0
+            return Level(0.0, 0.0, 0.0, 0.0)
         lower = self.alpha1(0.0)
         if not (lower < 0.0).any():
             raise NoEquilibrium(
                 f"the branch at beta0 = {self.beta0:g} does not come back to lambda = 0 where it is known.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return 0.0, float(lower[lower < 0.0][-1])
+        return self._level("delay", 0.0, float(lower[lower < 0.0][-1]))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class QuarticPotential(EffectivePotential):
     """Potential (35) itself, with (34) and (36) in closed form and no end to the curve."""
 
@@ -189,37 +319,58 @@ class QuarticPotential(EffectivePotential):
         upper = self.a1 * lam / lower
         return np.array(sorted({x for x in (lower, upper) if x != 0.0}))
 
-    def fold(self) -> tuple[float, float]:
+    def fold(self) -> Level:
         """(lambda, alpha1) of (34)."""
-        return (self.a2 * self.beta0) ** 2 / (4.0 * self.a1), -0.5 * self.a2 * self.beta0
+        return Level((self.a2 * self.beta0) ** 2 / (4.0 * self.a1), -0.5 * self.a2 * self.beta0)
 
-    def maxwell(self) -> tuple[float, float]:
+    def maxwell(self) -> Level:
         """(lambda, alpha1) of (36)."""
-        return 2.0 * (self.a2 * self.beta0) ** 2 / (9.0 * self.a1), -2.0 * self.a2 * self.beta0 / 3.0
+        return Level(2.0 * (self.a2 * self.beta0) ** 2 / (9.0 * self.a1), -2.0 * self.a2 * self.beta0 / 3.0)
 
     @classmethod
     def of(cls, a1: float, a2: float, beta0: float) -> QuarticPotential:
         """Return the potential of (33) with these coefficients."""
         curve = Polynomial([0.0, -a2 * beta0 / a1, -1.0 / a1])
         moment = (curve * Polynomial([0.0, 1.0])).integ()
-        return cls(beta0, a1, curve, curve.deriv(), moment, (-math.inf, math.inf), a2)
+        return cls(beta0, a1, curve, curve.deriv(), moment, (-math.inf, math.inf), a2=a2)
+
+
+@dataclass(frozen=True, eq=False)
+class _SummedSeries:
+    """The curve of the uniform series at one beta0, by its secant lambda/alpha1."""
+
+    series: UniformSeries
+    beta0: float
+    over: Chebyshev
+    over_slope: Chebyshev
+    grid: Grid
+
+    def curve(self, x: Any) -> Any:
+        return x * self.over(x)
+
+    def slope(self, x: Any) -> Any:
+        return self.over(x) + x * self.over_slope(x)
+
+    def moment(self, x: Any) -> Any:  # on [0, x], which keeps the relative accuracy near T
+        x = np.asarray(x, float)
+        return x * x * (self.curve(x[..., None] * self.grid.xi) @ (self.grid.weights * self.grid.xi))
+
+    def error(self, x: Any) -> Any:
+        return self.series.curve_error(x, self.beta0)
 
 
 def series_potential(series: UniformSeries, beta0: float, tol: float) -> EffectivePotential:
     """Return the potential of the uniform series on the part of its curve known to ``tol``."""
     over = series.secant(beta0, tol)
-    over_slope = over.deriv()
     low, high = (float(x) for x in over.domain)
     grid = Grid.gauss(series.order + 1)  # exact for the degree 2 order + 1 of the integrand
-
-    def curve(x: Any) -> Any:
-        return x * over(x)
-
-    def slope(x: Any) -> Any:
-        return over(x) + x * over_slope(x)
-
-    def moment(x: Any) -> Any:  # on [0, x], which keeps the relative accuracy near T
-        x = np.asarray(x, float)
-        return x * x * (curve(x[..., None] * grid.xi) @ (grid.weights * grid.xi))
-
-    return EffectivePotential(beta0, series.leading[0], curve, slope, moment, (low, high))
+    summed = _SummedSeries(series, beta0, over, over.deriv(), grid)
+    return EffectivePotential(
+        beta0,
+        series.leading[0],
+        summed.curve,
+        summed.slope,
+        summed.moment,
+        (low, high),
+        noise=summed.error,
+    )

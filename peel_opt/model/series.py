@@ -93,7 +93,11 @@ class UniformSeries:
         series whose ratio is that of this block to the block before it, and doubled, since the
         ratio still creeps up.  What rounding does to the sum is added.
         """
-        return self._error(np.multiply(a, beta0), beta0)[0]
+        return self.curve_error(np.multiply(a, beta0), beta0)
+
+    def curve_error(self, alpha1: Any, beta0: Any) -> np.ndarray:
+        """Estimate of the absolute error of `curve`, as `truncation_error`; beta0 may be zero."""
+        return self._error(alpha1, beta0)[0]
 
     @np.errstate(under="ignore")
     def _monomials(self, alpha1: Any, beta0: Any, order: int, divided: int = 0) -> np.ndarray:
