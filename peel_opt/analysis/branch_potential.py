@@ -8,24 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
-from math import factorial
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from scipy.interpolate import BSpline, PPoly
-from scipy.sparse import diags_array, vstack
-from scipy.sparse.linalg import spsolve
 
 from ..base.errors import InvalidInput
 from ..continuation.points import Point
 from ..model.equations import PI4
 from ..model.series import uniform_series
+from .curve_pieces import bend, joined, moment, spline
 from .potential import EffectivePotential
-
-#: Highest degree of a spline through values and slopes; two less through values alone.
-_DEGREE = 7
 
 #: A point is left out that is nearer to its neighbour than this share of the gap beyond.
 _CROWDED = 0.05
@@ -139,49 +134,63 @@ def points_potential(beta0: float, points: Sequence[Point]) -> EffectivePotentia
     return states_potential(States(beta0, alpha1, lam, slope, bent=bent))
 
 
-def states_potential(states: States) -> EffectivePotential:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SplinePotential(EffectivePotential):
+    """The effective potential of splines through states."""
+
+    states: States
+
+    @cached_property
+    def others(self) -> tuple[EffectivePotential, ...]:  # type: ignore[override]
+        """The same through every second state, and through those between; kinks, T and ends in both."""
+        states = self.states
+        assert states.kinks is not None
+        always = states.kinks | (states.alpha1 == 0.0)
+        always[[0, -1]] = True
+        odd = np.arange(len(always)) % 2 == 1
+        return tuple(_through(states, np.flatnonzero(always | kept)) for kept in (odd, ~odd))
+
+
+def states_potential(states: States) -> SplinePotential:
     """Return the effective potential of states in order along a branch at one beta0."""
     known = _around_T(states)
-    x, y, slope = known.alpha1, known.lam, known.slope
-    if len(x) + np.isfinite(slope).sum() < _FEWEST:
+    assert known.slope is not None
+    values = len(known.alpha1)
+    if values + np.isfinite(known.slope).sum() < _FEWEST:
         raise InvalidInput(
-            f"{len(x) - 1} points next to T are too few for a potential.", remedy="Trace with smaller steps."
+            f"{values - 1} points next to T are too few for a potential.", remedy="Trace with smaller steps."
         )
+    return _through(known, np.arange(values))
+
+
+def _through(states: States, rows: np.ndarray) -> SplinePotential:
+    """Return the potential through some of the states around T."""
+    x, y, slope, kinks, bent = states.alpha1, states.lam, states.slope, states.kinks, states.bent
+    assert slope is not None and kinks is not None and bent is not None and states.error is not None  # noqa: PT018
     across = PI4 * np.hypot(1.0, y / PI4) + (1.0 + states.beta0) * np.abs(np.nan_to_num(slope))
-    noise = float((known.error * across).max()) + 4.0 * np.finfo(float).eps * PI4
-
-    def made(kept: np.ndarray, others: tuple[EffectivePotential, ...]) -> EffectivePotential:
-        rows = np.flatnonzero(kept)
-        cells = np.flatnonzero(np.logical_or.reduceat(known.bent, rows[:-1]))
-        cut = np.unique([0, *np.flatnonzero(known.kinks[rows]), *cells, *(cells + 1), len(rows) - 1])
-        pieces = []
-        for a, b in pairwise(cut):
-            part = rows[a : b + 1]
-            if a in cells:
-                pieces.append(_bend(*(column[rows[max(a - 1, 0) : b + 1]] for column in (x, y, slope))))
-            else:
-                pieces.append(_spline(x[part], y[part], slope[part]))
-        curve = _joined(pieces)
-        return EffectivePotential(
-            states.beta0,
-            uniform_series(1).leading[0],
-            curve,
-            curve.derivative(),
-            _moment(curve),
-            (float(x[0]), float(x[-1])),
-            kinks=tuple(float(piece.x[0]) for piece in pieces[1:]),
-            noise=Polynomial([noise]),
-            others=others,
-        )
-
-    always = known.kinks | (x == 0.0)
-    always[[0, -1]] = True
-    odd = np.arange(len(x)) % 2 == 1
-    return made(np.full(len(x), True), (made(always | odd, ()), made(always | ~odd, ())))
+    noise = float((states.error * across).max()) + 4.0 * np.finfo(float).eps * PI4
+    cells = np.flatnonzero(np.logical_or.reduceat(bent, rows[:-1]))
+    cut = np.unique([0, *np.flatnonzero(kinks[rows]), *cells, *(cells + 1), len(rows) - 1])
+    pieces = []
+    for a, b in pairwise(cut):
+        make, first = (bend, max(a - 1, 0)) if a in cells else (spline, a)
+        pieces.append(make(*(column[rows[first : b + 1]] for column in (x, y, slope))))
+    curve = joined(pieces)
+    return SplinePotential(
+        states.beta0,
+        uniform_series(1).leading[0],
+        curve,
+        curve.derivative(),
+        moment(curve),
+        (float(x[0]), float(x[-1])),
+        kinks=tuple(float(piece.x[0]) for piece in pieces[1:]),
+        noise=Polynomial([noise]),
+        states=states,
+    )
 
 
 def _around_T(states: States) -> States:
-    """Return states by ascending alpha1: those with T among them on which alpha1 is monotone, none crowding."""
+    """Return states by ascending alpha1: those around T on which alpha1 is monotone, none crowding."""
     alpha1 = states.alpha1
     start = int(np.argmin(np.abs(alpha1)))
     steps = np.sign(np.diff(alpha1))
@@ -248,57 +257,6 @@ def _apart(x: np.ndarray, wanted: np.ndarray) -> np.ndarray:
             before = i
     kept[1:][np.diff(x) == 0.0] = False  # T twice
     return kept
-
-
-def _spline(x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> PPoly:
-    """Return the spline through values, and slopes where they are known, without knots at its ends."""
-    known = np.isfinite(slope)
-    nodes = np.sort(np.concatenate([x, x[known]]))
-    degree = min(_DEGREE if known.any() else _DEGREE - 2, len(nodes) - 1)
-    degree -= 1 - degree % 2
-    half = (degree + 1) // 2
-    knots = np.concatenate([[x[0]] * (degree + 1), nodes[half:-half], [x[-1]] * (degree + 1)])
-    steps = degree / (knots[degree + 1 : -1] - knots[1 : -degree - 1])
-    difference = diags_array([-steps, steps], offsets=[0, 1], shape=(len(nodes) - 1, len(nodes)))
-    slopes = BSpline.design_matrix(x[known], knots[1:-1], degree - 1) @ difference
-    rows = vstack([BSpline.design_matrix(x, knots, degree), slopes], format="csc")
-    spline = BSpline(knots, spsolve(rows, np.concatenate([y, slope[known]])), degree)
-    ends = np.unique(knots)
-    return PPoly([spline(ends[:-1], nu=nu) / factorial(nu) for nu in range(degree, -1, -1)], ends)
-
-
-def _bend(x: np.ndarray, y: np.ndarray, slope: np.ndarray) -> PPoly:
-    """Return the last two points joined by two parabolas, which meet where the curve bends.
-
-    Each has the value and the slope of its end.  They meet where the first goes on as it comes from the
-    point before: a cubic would swing to both sides of a sudden bend, and turn where nothing turns.
-    """
-    width, rise = float(x[-1] - x[-2]), float(y[-1] - y[-2])
-    left, right = float(slope[-2]), float(slope[-1])
-    curvature = float((slope[-2] - slope[-3]) / (x[-2] - x[-3])) if len(x) > 2 else 0.0
-    bent = right - left - width * curvature
-    share = (left + right - 2.0 * rise / width) / bent if bent else 0.5
-    at = width * (share if 0.01 < share < 0.99 else 0.5)
-    middle = (2.0 * rise - at * left - (width - at) * right) / width
-    first = [0.5 * (middle - left) / at, left, float(y[-2])]
-    second = [0.5 * (right - middle) / (width - at), middle, float(y[-2]) + 0.5 * (left + middle) * at]
-    return PPoly(np.array([first, second]).T, [x[-2], x[-2] + at, x[-1]])
-
-
-def _joined(pieces: Sequence[PPoly]) -> PPoly:
-    """Return pieces that follow each other as one."""
-    most = max(len(piece.c) for piece in pieces)
-    columns = [np.pad(piece.c, ((most - len(piece.c), 0), (0, 0))) for piece in pieces]
-    return PPoly(np.hstack(columns), np.concatenate([pieces[0].x[:1], *(piece.x[1:] for piece in pieces)]))
-
-
-def _moment(curve: PPoly) -> PPoly:
-    """Integral of x times a curve, from 0."""
-    none = np.zeros((1, curve.c.shape[1]))
-    times_x = np.vstack([curve.c, none]) + np.vstack([none, curve.x[:-1] * curve.c])
-    moment = PPoly(times_x, curve.x).antiderivative()
-    moment.c[-1] -= moment(0.0)
-    return moment
 
 
 def _slopes(branch: BranchLike) -> np.ndarray | None:

@@ -2,9 +2,10 @@
 
 At fixed beta0 the swept number is lambda.  The straight rod is a state for every lambda; the
 detached one exists above the fold F.  When a state is lost, or given up, the rod jumps to the
-other.  Under the *delay* convention it holds on as long as it can: it peels at lambda = 0 and
-re-adheres at lambda_F.  Under the *Maxwell* convention both happen at lambda_M, where the
-effective potential has two minima of equal depth; up and down are then the same path.
+other.  All loops are quasi-static, sequences of equilibria, and the bond is reversible: a rod that comes
+back to the plate adheres as before.  Under the *delay* convention it holds on as long as it can: it
+peels at lambda = 0 and re-adheres at lambda_F.  Under the *Maxwell* convention both happen at
+lambda_M, where the effective potential has two minima of equal depth; up and down are then the same path.
 """
 
 from __future__ import annotations
@@ -45,6 +46,10 @@ def hysteresis(
     tol: float | None = None,
 ) -> HysteresisLoop | PressureLoop:
     """Sweep lambda at fixed beta0, or the pressure on a rod, up and back down.
+
+    The loop is quasi-static and its bond reversible: every state is an equilibrium, and a rod that comes
+    back to the plate adheres with the same law.  A bond that stays broken, or a snap with inertia or
+    drag, is another question.
 
     Parameters
     ----------

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..base.checks import pair, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.units import told_apart
 from ..continuation.family import Family, StepControl
 from ..continuation.primary import PrimaryBranch
 from ..model.bond import LINEAR
@@ -124,8 +125,9 @@ def maxwell_curve(beta0: tuple[float, float] = RANGE, *, points: int = 32) -> Ma
 
 def no_fold(beta0: float) -> NoEquilibrium:
     """Return the error that says why there is no Maxwell point and no loop at this beta0."""
+    mine, last = told_apart(beta0, TURN, 6)
     return NoEquilibrium(
-        f"above beta0 = {TURN:g} the branch from T has no fold in lambda: asked for beta0 = {beta0:g},"
+        f"above beta0 = {last} the branch from T has no fold in lambda: asked for beta0 = {mine},"
         " where it runs to lambda = -pi^4 without coming back.",
         remedy=f"Ask for beta0 below {TURN:g}, or for a normal form, which always has a fold.",
         nearest=TURN,

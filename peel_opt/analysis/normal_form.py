@@ -12,10 +12,12 @@ import numpy as np
 from ..base.arrays import floats, in_si
 from ..base.checks import BETA0, non_negative, positive, whole
 from ..base.errors import OutOfRange
+from ..base.units import told_apart
 from ..model.series import UniformSeries, uniform_series
 from .branch_potential import BranchLike
+from .form_potentials import QuarticPotential, series_potential
 from .normal_form_fit import FitQuality, fit_coefficients
-from .potential import EffectivePotential, QuarticPotential, series_potential
+from .potential import EffectivePotential
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,8 @@ class NormalForm:
         """Return the effective potential at one beta0, with all its points of interest."""
         value = non_negative("beta0", beta0)
         if value > BETA0[1]:
-            raise OutOfRange(f"beta0 = {value:.4g} is above {BETA0[1]:g}.")
+            mine, last = told_apart(value, BETA0[1])
+            raise OutOfRange(f"beta0 = {mine} is above {last}.")
         return _potential(self, value)
 
     def lam(self, alpha1: Any, beta0: float) -> np.ndarray:

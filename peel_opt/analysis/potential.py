@@ -24,14 +24,12 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from ..base.arrays import floats
 from ..base.checks import finite
 from ..base.errors import InvalidInput, NoEquilibrium
 from ..base.quadrature import Grid
 from ..base.roots import graph_roots, turning_points, zeros
-from ..model.series import UniformSeries
 
 #: Intervals on which the Maxwell point is looked for below the fold.
 _SCAN = 800
@@ -43,25 +41,28 @@ class Level(tuple[float, float]):
     Parameters
     ----------
     lam, alpha1 : float
-    error : float
-        Of lambda; NaN on a normal form, which does not know how far it is from the equations.
-    alpha1_error : float
-        Of alpha1, much larger at a fold, where the curve is flat.
+    name : {"fold", "maxwell", "delay"}
+    potential : EffectivePotential, optional
+        That it was read from; without one the point is exact.
     """
 
-    error: float
-    alpha1_error: float
+    name: Literal["fold", "maxwell", "delay"]
+    potential: EffectivePotential | None
 
     def __new__(
-        cls, lam: float, alpha1: float, error: float = math.nan, alpha1_error: float = math.nan
+        cls,
+        lam: float,
+        alpha1: float,
+        name: Literal["fold", "maxwell", "delay"],
+        potential: EffectivePotential | None = None,
     ) -> Level:
         """Make the pair."""
         level = super().__new__(cls, (lam, alpha1))
-        level.error, level.alpha1_error = error, alpha1_error
+        level.name, level.potential = name, potential
         return level
 
-    def __getnewargs__(self) -> tuple[float, float, float, float]:  # for pickle and copy
-        return self[0], self[1], self.error, self.alpha1_error
+    def __getnewargs__(self) -> tuple[float, float, str, EffectivePotential | None]:  # for pickle and copy
+        return self[0], self[1], self.name, self.potential
 
     @property
     def lam(self) -> float:
@@ -72,6 +73,20 @@ class Level(tuple[float, float]):
     def alpha1(self) -> float:
         """Extra pressure."""
         return self[1]
+
+    @cached_property
+    def _errors(self) -> tuple[float, float]:
+        return (0.0, 0.0) if self.potential is None else self.potential.level_errors(self)
+
+    @property
+    def error(self) -> float:
+        """Of lambda; NaN on a normal form, which does not know how far it is from the equations."""
+        return self._errors[0]
+
+    @property
+    def alpha1_error(self) -> float:
+        """Of alpha1; much larger at a fold, where the curve is flat."""
+        return self._errors[1]
 
 
 @dataclass(frozen=True)
@@ -107,7 +122,6 @@ class EffectivePotential:
     domain : extra pressures for which the curve is known; outside, the potential is NaN
     kinks : extra pressures at which the slope of the curve is not smooth
     noise : error of the states behind the curve, in lambda, as a function of alpha1; unknown without
-    others : the same potential from fewer states
 
     Notes
     -----
@@ -122,7 +136,11 @@ class EffectivePotential:
     domain: tuple[float, float]
     kinks: tuple[float, ...] = ()
     noise: Callable[[Any], Any] | None = None
-    others: tuple[EffectivePotential, ...] = ()
+
+    @property
+    def others(self) -> tuple[EffectivePotential, ...]:
+        """The same potential from fewer states."""
+        return ()
 
     def __repr__(self) -> str:
         return (
@@ -190,13 +208,13 @@ class EffectivePotential:
     def _noise(self, x: float) -> float:
         return math.nan if self.noise is None else float(self.noise(x))
 
-    def _level(self, name: Literal["fold", "maxwell", "delay"], lam: float, x: float) -> Level:
-        """Return a named point with its errors."""
+    def level_errors(self, level: Level) -> tuple[float, float]:
+        """Return the errors of lambda and of alpha1 of a named point of this potential."""
         if self.noise is None:
-            return Level(lam, x)
-        apart = self._apart(lambda other: getattr(other, name)(), (lam, x))
-        noise = 0.0 if name == "delay" else self._noise(x)  # there lambda is 0 by its meaning
-        return Level(lam, x, float(apart[0]) + noise, float(apart[1]) + self._moved(x))
+            return math.nan, math.nan
+        apart = self._apart(lambda other: getattr(other, level.name)(), level)
+        noise = 0.0 if level.name == "delay" else self._noise(level.alpha1)  # lambda is 0 there, exactly
+        return float(apart[0]) + noise, float(apart[1]) + self._moved(level.alpha1)
 
     # --- what is read from it ---------------------------------------------------------------
 
@@ -232,17 +250,20 @@ class EffectivePotential:
 
     def area(self, lost: float, peeled: float) -> tuple[float, float]:
         """Integral of alpha1 dlambda along the curve between two extra pressures, and its error."""
+        area = self._area(lost, peeled)
+        if self.noise is None:
+            return area, math.nan
+        apart = self._apart(lambda other: other._area(lost, peeled), area)
+        # by parts: alpha1 at both ends and the width between, times the error of lambda
+        noise = max(self._noise(lost), self._noise(peeled))
+        return area, float(apart) + 2.0 * (abs(lost) + abs(peeled)) * noise
+
+    def _area(self, lost: float, peeled: float) -> float:
         inside = [x for x in self.kinks if min(lost, peeled) < x < max(lost, peeled)]
         edges = np.unique([*np.linspace(lost, peeled, 65), *inside])
         cell = Grid.gauss(8)
         x = edges[:-1, None] + np.diff(edges)[:, None] * cell.xi
-        area = abs(float((x * self.slope(x) @ cell.weights) @ np.diff(edges)))
-        if self.noise is None:
-            return area, math.nan
-        apart = self._apart(lambda other: other.area(lost, peeled)[0], area)
-        # by parts: alpha1 at both ends and the width between, times the error of lambda
-        noise = max(self._noise(lost), self._noise(peeled))
-        return area, float(apart) + 2.0 * (abs(lost) + abs(peeled)) * noise
+        return abs(float((x * self.slope(x) @ cell.weights) @ np.diff(edges)))
 
     def barrier(self, lam: float, state: Literal["adhered", "detached"] = "adhered") -> float:
         """Height of the potential between the adhered and the detached minimum, above ``state``."""
@@ -260,7 +281,7 @@ class EffectivePotential:
     def fold(self) -> Level:
         """(lambda, alpha1) of the fold F, (34)."""
         if self.beta0 == 0.0:
-            return Level(0.0, 0.0, 0.0, 0.0)
+            return Level(0.0, 0.0, "fold")
         below = [x for x in self._turns if x < 0.0]
         if not below:
             raise NoEquilibrium(
@@ -268,12 +289,12 @@ class EffectivePotential:
                 f" [{self.domain[0]:.4g}, {self.domain[1]:.4g}], where it is known.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return self._level("fold", float(self.curve(below[-1])), below[-1])
+        return Level(float(self.curve(below[-1])), below[-1], "fold", self)
 
     def maxwell(self) -> Level:
         """(lambda, alpha1) where the detached minimum is as deep as the adhered one, (36)."""
         if self.beta0 == 0.0:
-            return Level(0.0, 0.0, 0.0, 0.0)
+            return Level(0.0, 0.0, "maxwell")
 
         def depth(x: Any) -> Any:
             return 0.5 * x * x * self.curve(x) - self.moment(x)
@@ -286,91 +307,16 @@ class EffectivePotential:
                 f" one for alpha1 down to {low:.4g}, where the branch ends.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return self._level("maxwell", float(self.curve(equal[-1])), equal[-1])
+        return Level(float(self.curve(equal[-1])), equal[-1], "maxwell", self)
 
     def delay(self) -> Level:
         """Point (0, alpha1) at which the rod lands when it holds on until the adhered minimum is lost."""
         if self.beta0 == 0.0:
-            return Level(0.0, 0.0, 0.0, 0.0)
+            return Level(0.0, 0.0, "delay")
         lower = self.alpha1(0.0)
         if not (lower < 0.0).any():
             raise NoEquilibrium(
                 f"the branch at beta0 = {self.beta0:g} does not come back to lambda = 0 where it is known.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
-        return self._level("delay", 0.0, float(lower[lower < 0.0][-1]))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class QuarticPotential(EffectivePotential):
-    """Potential (35) itself, with (34) and (36) in closed form and no end to the curve."""
-
-    a2: float = math.nan
-
-    def alpha1(self, lam: float) -> np.ndarray:
-        """Both roots of the parabola at lambda, ascending, without alpha1 = 0."""
-        half = 0.5 * self.a2 * self.beta0
-        square = half * half - self.a1 * finite("lam", lam)
-        if abs(square) <= 4 * np.finfo(float).eps * half * half:
-            square = 0.0
-        if square < 0.0 or (square == 0.0 and half == 0.0):
-            return np.empty(0)
-        lower = -half - math.copysign(math.sqrt(square), half)  # half may be negative under a fit
-        upper = self.a1 * lam / lower
-        return np.array(sorted({x for x in (lower, upper) if x != 0.0}))
-
-    def fold(self) -> Level:
-        """(lambda, alpha1) of (34)."""
-        return Level((self.a2 * self.beta0) ** 2 / (4.0 * self.a1), -0.5 * self.a2 * self.beta0)
-
-    def maxwell(self) -> Level:
-        """(lambda, alpha1) of (36)."""
-        return Level(2.0 * (self.a2 * self.beta0) ** 2 / (9.0 * self.a1), -2.0 * self.a2 * self.beta0 / 3.0)
-
-    @classmethod
-    def of(cls, a1: float, a2: float, beta0: float) -> QuarticPotential:
-        """Return the potential of (33) with these coefficients."""
-        curve = Polynomial([0.0, -a2 * beta0 / a1, -1.0 / a1])
-        moment = (curve * Polynomial([0.0, 1.0])).integ()
-        return cls(beta0, a1, curve, curve.deriv(), moment, (-math.inf, math.inf), a2=a2)
-
-
-@dataclass(frozen=True, eq=False)
-class _SummedSeries:
-    """The curve of the uniform series at one beta0, by its secant lambda/alpha1."""
-
-    series: UniformSeries
-    beta0: float
-    over: Chebyshev
-    over_slope: Chebyshev
-    grid: Grid
-
-    def curve(self, x: Any) -> Any:
-        return x * self.over(x)
-
-    def slope(self, x: Any) -> Any:
-        return self.over(x) + x * self.over_slope(x)
-
-    def moment(self, x: Any) -> Any:  # on [0, x], which keeps the relative accuracy near T
-        x = np.asarray(x, float)
-        return x * x * (self.curve(x[..., None] * self.grid.xi) @ (self.grid.weights * self.grid.xi))
-
-    def error(self, x: Any) -> Any:
-        return self.series.curve_error(x, self.beta0)
-
-
-def series_potential(series: UniformSeries, beta0: float, tol: float) -> EffectivePotential:
-    """Return the potential of the uniform series on the part of its curve known to ``tol``."""
-    over = series.secant(beta0, tol)
-    low, high = (float(x) for x in over.domain)
-    grid = Grid.gauss(series.order + 1)  # exact for the degree 2 order + 1 of the integrand
-    summed = _SummedSeries(series, beta0, over, over.deriv(), grid)
-    return EffectivePotential(
-        beta0,
-        series.leading[0],
-        summed.curve,
-        summed.slope,
-        summed.moment,
-        (low, high),
-        noise=summed.error,
-    )
+        return Level(0.0, float(lower[lower < 0.0][-1]), "delay", self)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..base.arrays import Columns
 from ..base.drawing import draw
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
@@ -20,6 +18,7 @@ from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod
 from ..residual.closures import Closure
+from .loops import Jump, Loop, Sweep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,113 +33,75 @@ NOT_COMPUTED = (
 
 
 @dataclass(frozen=True)
-class PressureJump:
+class PressureJump(Jump):
     """A jump between two states at one pressure.
 
     Parameters
     ----------
-    direction : {"up", "down"}
-        "up" peels the rod off, "down" lets it re-adhere.
-    pressure : float
-        [Pa]
-    length_before, length_after : float
-        Detached lengths [m]; 0 for the adhered rod.
+    direction, swept, before, after :
+        As `Jump` has them.
     lam, alpha1 : float
         The paper's groups of the detached state of the two.
     """
 
-    direction: Literal["up", "down"]
-    pressure: float
-    length_before: float
-    length_after: float
     lam: float
     alpha1: float
 
     @property
-    def size(self) -> float:
-        """Change of the detached length [m]."""
-        return abs(self.length_after - self.length_before)
+    def pressure(self) -> float:
+        """Pressure [Pa] at which it jumps."""
+        return self.swept
+
+    @property
+    def length_before(self) -> float:
+        """Detached length before the jump [m]; 0 for the adhered rod."""
+        return self.before
+
+    @property
+    def length_after(self) -> float:
+        """Detached length after it [m]."""
+        return self.after
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PressureSweep(Columns):
-    """States in the order in which a sweep visits them; at a jump both, at the same pressure.
+class PressureSweep(Sweep):
+    """States in the order in which a sweep of the pressure visits them."""
 
-    Parameters
-    ----------
-    pressure : ndarray
-        [Pa]
-    length : ndarray
-        Detached length [m].
-    state : ndarray of str
-        "adhered", "middle", "lower" or "folded".
-    error : ndarray
-        Of each solved state, in the metric of the branch; 0 for the adhered rod.
-    row : ndarray of int
-        Position in the branch of the loop, -1 for the adhered rod.
-    """
+    @property
+    def pressure(self) -> np.ndarray:
+        """Pressures [Pa]."""
+        return self.swept
 
-    pressure: np.ndarray
-    length: np.ndarray
-    state: np.ndarray
-    error: np.ndarray
-    row: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.pressure)
+    @property
+    def length(self) -> np.ndarray:
+        """Detached lengths [m]."""
+        return self.response
 
 
-@dataclass(frozen=True, eq=False)
-class PressureLoop:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class PressureLoop(Loop[PressureSweep, PressureJump]):
     """The loop of a rod whose pressure is raised to T0 and lowered again.
+
+    It is quasi-static, a sequence of equilibria, and the bond is reversible: where the rod comes back
+    to the plate it holds with the same law.  On the way up the rod is adhered to T0, then folded;
+    on the way down folded to the minimum pressure, adhered below it.  Beside what every `Loop` has,
+    with the area in the (pressure, length) plane [Pa m]:
 
     Parameters
     ----------
     rod : Rod
-    up : PressureSweep
-        Adhered up to T0, then on to the folded state there.
-    down : PressureSweep
-        Folded down to the minimum pressure, adhered below it.
     between : PressureSweep
         The unfolded states at the pressures of the loop, by rising pressure; not visited.
-    jumps : tuple of PressureJump
-        Up at T0, down at the minimum pressure.
-    area : float
-        Enclosed in the (pressure, length) plane [Pa m].
-    area_error : float
-        Of the area [Pa m]: what a lower degree or fewer points change, and the error of the states.
-    not_computed : str
-        What happens in a jump.
     branch : Branch
-        The solved branch: ``branch[row]`` of a sweep is an `Equilibrium` with its shape.
     """
 
     rod: Rod
-    up: PressureSweep
-    down: PressureSweep
     between: PressureSweep
-    jumps: tuple[PressureJump, ...]
-    area: float
-    area_error: float
-    not_computed: str
-    branch: Branch = field(repr=False)
+    branch: Branch
 
     @property
     def minimum_pressure(self) -> float:
         """Pressure [Pa] below which no detached state exists."""
         return self.jumps[1].pressure
-
-    @property
-    def visited(self) -> tuple[str, ...]:
-        """Names of the states in the order of the loop, each once."""
-        return tuple(dict.fromkeys([*self.up.state.tolist(), *self.down.state.tolist()]))
-
-    @property
-    def area_digits(self) -> int:
-        """Digits of the area that its error leaves, at most 10."""
-        if not self.area_error > 0.0:
-            return 10
-        return min(max(math.floor(math.log10(self.area / self.area_error)), 1), 10)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the loop in the (pressure, length) plane; return the axes."""
@@ -148,20 +109,13 @@ class PressureLoop:
 
     def __repr__(self) -> str:
         T0, eta = self.rod.adhesion_strength, self.rod.eta
-        lines = [f"PressureLoop of {self.rod!r}"]
-        lines += [
-            f"├─ {jump.direction:<4} at p/T0 = {jump.pressure / T0:.9g}:"
+        jumps = [
+            f"{jump.direction:<4} at p/T0 = {jump.pressure / T0:.9g}:"
             f" sbar/eta {jump.length_before / eta:.9g} to {jump.length_after / eta:.9g}"
             for jump in self.jumps
         ]
-        return "\n".join(
-            [
-                *lines,
-                f"├─ states: {', '.join(self.visited)}",
-                f"├─ area {self.area / (T0 * eta):.{self.area_digits}g} T0 eta",
-                f"└─ {self.not_computed}",
-            ]
-        )
+        area = f"{self.area / (T0 * eta):.{self.area_digits}g} T0 eta"
+        return self.tree(f"PressureLoop of {self.rod!r}", jumps, area, self.not_computed)
 
 
 def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIVE) -> PressureLoop:
@@ -185,13 +139,9 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
 
     def solved(which: np.ndarray) -> PressureSweep:
         label = np.where(which == turn, "folded", branch.state[which])  # where both kinds meet
-        return _sweep(P[which] * T0, branch.sigma[which] * eta, label, branch.error[which], which)
+        return PressureSweep(P[which] * T0, branch.sigma[which] * eta, label, branch.error[which], which)
 
-    def adhered(ratios: np.ndarray) -> PressureSweep:
-        none = np.zeros(len(ratios))
-        return _sweep(ratios * T0, none, np.full(len(ratios), "adhered"), none, np.full(len(ratios), -1))
-
-    area, area_error = _area(branch, turn)
+    area, area_error = folded_area(branch, turn)
     below = np.linspace(0.5 * P[turn], P[turn], max(points // 4, 2))
     ends = branch.sigma[[turn, end]] * eta
     up = PressureJump("up", T0, 0.0, float(ends[1]), float(branch.lam[end]), float(branch.alpha1[end]))
@@ -204,9 +154,9 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
         float(branch.alpha1[turn]),
     )
     return PressureLoop(
-        rod,
-        up=_joined(adhered(np.concatenate([below, inner, [1.0]])), solved(folded[-1:])),
-        down=_joined(solved(folded[::-1]), adhered(below[::-1])),
+        rod=rod,
+        up=PressureSweep.adhered(np.array([*below, *inner, 1.0]) * T0).then(solved(folded[-1:])),
+        down=solved(folded[::-1]).then(PressureSweep.adhered(below[::-1] * T0)),
         between=solved(unfolded),
         jumps=(up, down),
         area=area * T0 * eta,
@@ -236,7 +186,7 @@ def _turn(branch: Branch) -> SpecialPoint:
     return turns[0]
 
 
-def _area(branch: Branch, turn: int) -> tuple[float, float]:
+def folded_area(branch: Branch, turn: int) -> tuple[float, float]:
     """Integral of sbar/eta over p/T0 along the folded states, by splines in the tip angle, and its error.
 
     The branch has kinks where the height grazes y0, which no spline follows: the error is what a lower
@@ -256,14 +206,3 @@ def _spline_area(s: np.ndarray, P: np.ndarray, sigma: np.ndarray, degree: int) -
     cell = Grid.gauss(8)
     x = s[:-1, None] + np.diff(s)[:, None] * cell.xi
     return float((length(x) * pressure.derivative()(x) @ cell.weights) @ np.diff(s))
-
-
-def _joined(first: PressureSweep, second: PressureSweep) -> PressureSweep:
-    names = ("pressure", "length", "state", "error", "row")
-    return _sweep(*(np.concatenate([getattr(first, name), getattr(second, name)]) for name in names))
-
-
-def _sweep(*columns: np.ndarray) -> PressureSweep:
-    for column in columns:
-        column.flags.writeable = False
-    return PressureSweep(*columns)

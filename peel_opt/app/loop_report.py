@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..analysis.lambda_loop import HysteresisLoop
+from ..analysis.loops import KIND
 from ..analysis.pressure_loop import PressureLoop
 from ..base.files import save_arrays, write_csv
 from ..base.units import display
@@ -16,7 +17,7 @@ from ..equilibria.storage import Units
 from ..model.rod import Rod
 from .report import aligned, describe_rod, slug
 
-Loop = HysteresisLoop | PressureLoop
+AnyLoop = HysteresisLoop | PressureLoop
 
 SCHEMA = "peel_opt hysteresis"
 SCHEMA_VERSION = 1
@@ -27,19 +28,20 @@ JUMPS = {"up": "peels off", "down": "re-adheres"}
 _DIGITS = 10
 
 
-def loop_table(loop: Loop) -> str:
+def loop_table(loop: AnyLoop) -> str:
     """Return what was swept, the jumps, and the area they enclose."""
     if isinstance(loop, PressureLoop):
-        title = f"loop in the pressure, law (8), delay convention, {describe_rod(loop.rod)}"
+        title = f"loop in the pressure, law (8), delay convention, {KIND}, {describe_rod(loop.rod)}"
         rows, area = _pressure_rows(loop), _pressure_area(loop)
     else:
         states = "solved states" if loop.source == "solver" else f"normal form: {loop.source}"
-        title = f"loop in lambda, linear law, {loop.convention} convention, {states}, beta0 = {loop.beta0:g}"
+        title = f"loop in lambda, linear law, {loop.convention} convention, {states}, {KIND}"
+        title += f", beta0 = {loop.beta0:g}"
         rows = [["jump", "what", "lambda", "alpha1 before", "alpha1 after"]]
         for jump in loop.jumps:
             values = (_text(v) for v in (jump.lam, jump.alpha1_before, jump.alpha1_after))
             rows.append([jump.direction, JUMPS[jump.direction], *values])
-        area = f"{_text(loop.area)} (lambda times alpha1, no unit)"
+        area = f"{loop.area:.{loop.area_digits}g} (lambda times alpha1, no unit)"
     table = aligned(rows) if loop.jumps else "no jumps: the detached state grows out of the straight rod"
     lines = [title, "", table, "", f"area: {area}", f"states: {', '.join(loop.visited)}"]
     if (error := _largest_error(loop)) is not None:
@@ -68,7 +70,7 @@ def _pressure_area(loop: PressureLoop) -> str:
     return scaled if loop.rod.dimensionless else f"{display(loop.area, 'Pa m', min(digits, 8))} = {scaled}"
 
 
-def loop_record(loop: Loop) -> dict[str, Any]:
+def loop_record(loop: AnyLoop) -> dict[str, Any]:
     """Return a loop without its states as plain data, with units in the keys."""
     if isinstance(loop, PressureLoop):
         units = Units.of(loop.rod)
@@ -97,12 +99,12 @@ def loop_record(loop: Loop) -> dict[str, Any]:
         head |= {"source": loop.source, "beta0": loop.beta0}
         names = ("direction", "lam", "alpha1_before", "alpha1_after")
         jumps = [{name: getattr(jump, name) for name in names} for jump in loop.jumps]
-        head |= {"area": loop.area}
-    head |= {"jumps": jumps, "states": list(loop.visited), "error": _largest_error(loop)}
+        head |= {"area": loop.area, "area_error": None if np.isnan(loop.area_error) else loop.area_error}
+    head |= {"kind": KIND, "jumps": jumps, "states": list(loop.visited), "error": _largest_error(loop)}
     return head | {"not_computed": loop.not_computed}
 
 
-def write_loop(loop: Loop, folder: Path, name: str, *, picture: bool = True) -> list[Path]:
+def write_loop(loop: AnyLoop, folder: Path, name: str, *, picture: bool = True) -> list[Path]:
     """Write NPZ, CSV and a picture under a name; return the files.
 
     Both tables have one row for each state in the order of the sweeps, which "leg" names; the
@@ -136,7 +138,7 @@ def loop_stem(rod: Rod | None, beta0: float | None, convention: str | None, form
     return slug(f"hysteresis-ratio-{rod.ratio:.6g}") if rod.dimensionless else "hysteresis-rod"
 
 
-def _columns(loop: Loop) -> dict[str, np.ndarray]:
+def _columns(loop: AnyLoop) -> dict[str, np.ndarray]:
     """Return the states of all sweeps by title, with the unit in it."""
     legs: dict[str, Any] = {"up": loop.up, "down": loop.down}
     if isinstance(loop, PressureLoop):
@@ -157,7 +159,7 @@ def _columns(loop: Loop) -> dict[str, np.ndarray]:
     return columns | {name: joined(name) for name in ("state", "error")}
 
 
-def _largest_error(loop: Loop) -> float | None:
+def _largest_error(loop: AnyLoop) -> float | None:
     """Return the largest error of a visited state; None where they come from a normal form."""
     error = float(max(loop.up.error.max(), loop.down.error.max()))
     return None if np.isnan(error) else error

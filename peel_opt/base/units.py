@@ -273,3 +273,12 @@ def _meant(symbol: str, own: Mapping[str, float]) -> str:
 def _wanted(kind: Kind, own: Mapping[str, float]) -> str:
     units = (*kind.examples, *own)
     return f"Accepted are units such as {', '.join(units)}." if units else ""
+
+
+def told_apart(value: float, bound: float, digits: int = 4) -> tuple[str, str]:
+    """Return two numbers in as many digits as it takes to see that they differ, four at least."""
+    for many in range(digits, 18):
+        texts = f"{value:.{many}g}", f"{bound:.{many}g}"
+        if texts[0] != texts[1]:
+            break
+    return texts

@@ -1,5 +1,6 @@
 import itertools
 import math
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -114,12 +115,15 @@ def test_maxwell_lies_between_fold_and_zero_at_equal_depth(kind, beta0):
 
 
 @each_form
-def test_global_minimum_switches_at_the_maxwell_point(kind):
-    form = FORMS[kind]
-    U = form.at(4.0)
+def test_the_deepest_minimum_switches_at_the_maxwell_point(kind):
+    U = FORMS[kind].at(4.0)
     lam, alpha1 = U.maxwell()
-    assert U.global_minimum(lam - 1e-6).alpha1 == 0.0
-    assert U.global_minimum(lam + 1e-6).alpha1 == pytest.approx(alpha1, abs=1e-4)
+
+    def deepest(level):
+        return min(U.critical_points(level), key=lambda point: point.potential).alpha1
+
+    assert deepest(lam - 1e-6) == 0.0
+    assert deepest(lam + 1e-6) == pytest.approx(alpha1, abs=1e-4)
 
 
 @each_form
@@ -203,6 +207,83 @@ def test_potential_of_a_traced_branch(beta0, fold, maxwell):
     assert abs(exact.maxwell(beta0)[0] - maxwell) == pytest.approx(2.4e-6 * beta0**4, rel=0.2)
     for form, point in ((uniform.fold, fold), (uniform.maxwell, maxwell)):
         assert abs(form(beta0)[0] - point) < (2e-11 if beta0 <= 10.0 else 5e-8)
+
+
+#: beta0 = 4 to 12 digits: the fold by continuation, the Maxwell point by quadrature over 600 points and more.
+FOLD = (-0.2690010882735, -1.394282025372)
+MAXWELL = (-0.2390538361223, -1.858817790959)
+
+
+@pytest.mark.parametrize("law", ["linear", "cohesive"])
+@pytest.mark.parametrize("points", [8, 12, 16, 24, 48, 128])
+def test_errors_of_a_traced_potential_are_honest(law, points):
+    U = branch_potential(po.trace(beta0=4.0, lam=(-1.0, 3.0), law=law, points=points))
+    assert len(U.kinks) == (law == "cohesive")
+    for found, true in ((U.fold(), FOLD), (U.maxwell(), MAXWELL)):
+        assert abs(found.lam - true[0]) <= found.error + 1e-13 < 2e-10
+        assert abs(found.alpha1 - true[1]) <= found.alpha1_error + 2e-12 < 1e-8
+    landed = po.hysteresis(beta0=4.0, points=4).jumps[0].alpha1_after
+    delay = U.delay()
+    assert delay.error == 0.0
+    if law == "linear":  # beyond y0 the two laws land at different places
+        assert abs(delay.alpha1 - landed) <= delay.alpha1_error + 1e-10
+
+
+@pytest.mark.parametrize("points", [32, 64, 128])
+def test_a_kink_that_no_point_is_at_makes_no_fold(points):
+    law = po.CohesiveLaw(
+        [lambda u: 1 - u, lambda u: 0.7 - 2 * (u - 0.3), lambda u: 0.0 * u], kinks=(0.3, 0.65)
+    )
+    branch = po.trace(beta0=4.0, lam=(-1.0, 3.0), law=law, points=points)
+    U = branch_potential(branch)
+    (located,) = branch.special("LP-lambda")
+    assert abs(U.fold().lam - located.lam) <= U.fold().error + 1e-12
+    assert U.fold().alpha1 == pytest.approx(located.alpha1, abs=1e-9)
+    found = U.maxwell()
+    assert abs(found.lam - -24.481994) <= found.error + 1e-5  # from 500 points, to 4e-6
+
+
+def test_a_branch_that_does_not_come_from_T_is_refused():
+    with pytest.raises(InvalidInput, match="does not come from T"):
+        branch_potential(po.trace(beta0=4.0, lam=(-1.0, 3.0), law=po.trapezoidal(0.4), points=32))
+
+
+def test_critical_points_and_areas_have_errors():
+    traced = po.trace(beta0=4.0, lam=(-1.0, 1.0), law="cohesive", points=16, at={"lam": [-0.2]})
+    U = branch_potential(traced)
+    solved = traced.alpha1[np.abs(traced.lam + 0.2) < 1e-12]
+    for point in U.critical_points(-0.2):
+        if point.alpha1:
+            assert np.abs(solved - point.alpha1).min() <= point.error + 1e-12
+            assert point.potential_error < 1e-6
+    fine = branch_potential(po.trace(beta0=4.0, lam=(-1.0, 1.0), law="cohesive", points=200))
+    ends = fine.fold().alpha1, fine.delay().alpha1
+    area, error = U.area(*ends)
+    assert abs(area - fine.area(*ends)[0]) <= error < 1e-4
+    assert math.isnan(NormalForm.paper().at(4.0).maxwell().error)
+    assert math.isnan(NormalForm.paper().at(4.0).error)
+    assert abs(FORMS["uniform"].maxwell(4.0)[0] - MAXWELL[0]) <= FORMS["uniform"].maxwell(4.0).error + 1e-13
+
+
+@pytest.mark.parametrize("beta0", [1.0, 20.0, 37.5])
+@pytest.mark.parametrize("points", [8, 40])
+def test_errors_are_honest_up_to_the_corner(beta0, points):
+    traced = po.trace(beta0=beta0, lam=(-97.0, 0.002 * beta0**2), points=points)
+    U = branch_potential(traced)
+    true = {1.0: -0.014904541991, 20.0: -6.407262185532, 37.5: -34.255774994}[beta0]
+    assert abs(U.maxwell().lam - true) <= U.maxwell().error + 1e-9 * abs(true)
+    (located,) = traced.special("LP-lambda")
+    assert abs(U.fold().alpha1 - located.alpha1) <= U.fold().alpha1_error + 1e-10
+
+
+@pytest.mark.parametrize("kind", [*FORMS, "traced"])
+def test_potentials_travel_between_processes_and_say_what_they_are(kind):
+    U = FORMS[kind].at(4.0) if kind != "traced" else branch_potential(po.trace(beta0=4.0, lam=(-1.0, 0.5)))
+    again = pickle.loads(pickle.dumps(U))
+    assert again.maxwell() == U.maxwell()
+    assert repr(again.maxwell().error) == repr(U.maxwell().error)
+    assert U.beta0 == 4.0
+    assert "at beta0 = 4, alpha1 from" in repr(U)
 
 
 def test_a_factor_moves_the_maxwell_point_of_a_traced_branch_too():

@@ -15,9 +15,6 @@ def add_commands(command: AddCommand) -> None:
     """Add ``explore`` to the command line."""
     explore = command("explore", "rod, diagram, potential and loop, linked, with sliders", _explore)
     explore.add_argument("card", nargs="?", metavar="CARD", help="start at the first question of a card")
-    explore.add_argument(
-        "--backend", choices=("bokeh", "mpl"), default="bokeh", help="a page in the browser, or a window"
-    )
     explore.add_argument("--port", type=int, metavar="N", help="port on 127.0.0.1 (5006, or a free one)")
     explore.add_argument("--no-browser", action="store_true", help="only say where the page is")
     explore.add_argument("--export", metavar="FILE", help="write a page that needs no server, and end")
@@ -33,11 +30,6 @@ def _explore(arguments: argparse.Namespace) -> int:
         make_folder(as_path(arguments.export).parent)
 
         say(str(write_page(arguments.export, state)))
-        return OK
-    if arguments.backend == "mpl":
-        from ..explorer.window import show
-
-        show(state)
         return OK
     from ..explorer.server import serve
 

@@ -24,7 +24,7 @@ from ...base.units import display
 from . import look
 from .curves import Curve
 from .diagram_panel import units
-from .moves import span
+from .moves import SI_UNITS, span
 from .state import CHOICES, State
 
 #: What the buttons of each choice say.
@@ -42,9 +42,6 @@ TITLES = {
     "convention": "Convention of the loop",
     "accuracy": "Accuracy",
 }
-
-#: Units of the numbers of a rod.
-_SI = {"k": "N m", "T0": "Pa", "y0": "m"}
 
 _STEPS = 600
 
@@ -75,14 +72,14 @@ class Number:
             value=0.5,
             step=0.01,
             title=title,
-            width=look.SIDE - 112,
+            width=look.SIDE - 128,
             name=f"slider-{name}",
             stylesheets=_style(),
             **options,
         )
         self.field = TextInput(
             title=title,
-            width=90,
+            width=106,
             name=f"field-{name}",
             stylesheets=[InlineStyleSheet(css=look.WIDGETS + "label { position: absolute; left: -9999px; }")],
         )
@@ -279,7 +276,7 @@ class Controls:
         self.rod_box.visible = in_si
         if in_si:
             for name, text in self.texts.items():
-                text.value = display(getattr(state, name), _SI[name], 4)
+                text.value = display(getattr(state, name), SI_UNITS[name], 4)
         if groups:
             for name in ("beta0", "lam"):
                 value = getattr(state, name)

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from ...base.errors import PeelOptError
+from ...continuation.points import Point
 from ...equilibria.branch import Branch
+from ...equilibria.follow import follow
+from ...equilibria.result import Equilibrium
 from ...equilibria.trace import trace
 from ...model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ...model.equations import PI4
 from ...model.rod import Rod
 from .state import State
+
+#: Steps each way along a state's own branch.
+_STEPS = 60
 
 #: lambda_F/beta0^2 at small beta0: what the window of a diagram is measured in.
 FOLD_SCALE = 0.0168
@@ -58,6 +66,8 @@ class Curve:
         Largest distance from the exact branch, in the metric of the arclength; a quick walk's is
         estimated from above, by what leaving out one of its points changes.
     seconds : float
+    origin : Branch or tuple of Point
+        The solved states that it is drawn through.
     """
 
     hold: str
@@ -74,6 +84,7 @@ class Curve:
     method: str
     error: float
     seconds: float
+    origin: Branch | tuple[Point, ...] = ()
 
     @property
     def beta0(self) -> np.ndarray:
@@ -110,6 +121,26 @@ def traced(state: State) -> Curve | None:
     return _traced("ratio", state.effective_ratio, state.law, None, *options)
 
 
+def own_branch(state: State, eq: Equilibrium) -> tuple[Branch, ...]:
+    """Follow the branch of a state both ways, as far as the diagram goes; what cannot be followed is left out."""
+    low, high = window(state.beta0, state.lam)
+    groups = state.given == "groups"
+    found = []
+    for direction in (1, -1):
+        with contextlib.suppress(PeelOptError):
+            found.append(
+                follow(
+                    eq,
+                    hold="beta0" if groups else "ratio",
+                    direction=direction,
+                    steps=_STEPS,
+                    until=(lambda s: not low <= s.lam <= high) if groups else None,
+                    tol=1e-4,
+                )
+            )
+    return tuple(found)
+
+
 @lru_cache(maxsize=64)
 def _traced(
     hold: str, held: float, law: str, span: tuple[float, float] | None, points: int, tol: float
@@ -139,4 +170,5 @@ def _of_branch(branch: Branch, held: float, seconds: float) -> Curve:
         method=f"trace of {len(branch)} points",
         error=float(branch.error.max()),
         seconds=seconds,
+        origin=branch,
     )

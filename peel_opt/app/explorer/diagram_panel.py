@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
 
+from ...equilibria.branch import Branch
 from .curves import Curve
 from .panels import Axis, DiagramPanel, Line, Mark, Spot
 from .state import State
@@ -33,6 +35,9 @@ LABELS = {
 POTENTIAL = "at fixed length (35)"
 PRESSURE = "at fixed pressure"
 
+#: Size of the dot, as a share of the picture.
+_DOT = 0.025
+
 #: Room around what is drawn, as a share of it.
 _MARGIN = 0.12
 
@@ -49,7 +54,7 @@ def units(state: State) -> tuple[float, str, float, str]:
     return length.size, f"detached length s̄ [{length.name}]", pressure.size, f"pressure p [{pressure.name}]"
 
 
-def coordinates(state: State, curve: Curve) -> tuple[np.ndarray, np.ndarray]:
+def coordinates(state: State, curve: Curve | Branch) -> tuple[np.ndarray, np.ndarray]:
     """Return the two columns that the diagram shows."""
     rod = state.rod
     if rod is None:
@@ -58,11 +63,17 @@ def coordinates(state: State, curve: Curve) -> tuple[np.ndarray, np.ndarray]:
     return curve.length_ratio * rod.eta / length, curve.pressure_ratio * rod.adhesion_strength / pressure
 
 
-def diagram_panel(state: State, curve: Curve, here: tuple[float, float] | None) -> DiagramPanel:
-    """Return the diagram of a curve with the state at ``here``, in the coordinates of the axes."""
+def diagram_panel(
+    state: State, curve: Curve, here: tuple[float, float] | None, beside: tuple[Branch, ...] = ()
+) -> DiagramPanel:
+    """Return the diagram of a curve with the state at ``here``, in the coordinates of the axes.
+
+    ``beside`` is the branch of the state, where that is another one.
+    """
     x, y = coordinates(state, curve)
     looks = _looks(state, curve)
-    lines = [Line(look, x[rows], y[rows], LABELS[look]) for rows, look in _pieces(looks)]
+    lines = [Line("unknown", *coordinates(state, own), "the state's own branch") for own in beside]
+    lines += [Line(look, x[rows], y[rows], LABELS[look]) for rows, look in _pieces(looks)]
     rod = state.rod
     if rod is None:
         across, up = "λ = β₁ − π⁴", "extra pressure α₁"
@@ -94,6 +105,19 @@ def diagram_panel(state: State, curve: Curve, here: tuple[float, float] | None) 
         here,
         stability,
     )
+
+
+def is_drawn(panel: DiagramPanel, here: tuple[float, float]) -> bool:
+    """Whether a place is on a line of a diagram, as far as the dot shows."""
+    scale = np.array([panel.x.high - panel.x.low, panel.y.high - panel.y.low])
+    nearest = math.inf
+    for line in panel.lines:
+        corners = (np.column_stack([line.x, line.y]) - here) / scale
+        a, along = corners[:-1], np.diff(corners, axis=0)
+        size = np.maximum((along**2).sum(axis=1), 1e-300)
+        foot = a + np.clip(-(a * along).sum(axis=1) / size, 0.0, 1.0)[:, None] * along
+        nearest = min(nearest, *np.hypot(*foot.T)) if len(foot) else nearest
+    return nearest < _DOT
 
 
 def _span(values: tuple[float, ...]) -> tuple[float, float]:

@@ -138,7 +138,8 @@ class PotentialFigure(Panel):
         self.draw(panel.x, panel.y, panel.lines, panel.marks)
         self.place(panel.ball)
         self.span(panel.x, panel.y)
-        self.title(f"Effective potential (35), {panel.source}")
+        solved = panel.source.startswith("quadrature")
+        self.title(f"Effective potential (35), {'by quadrature' if solved else panel.source}")
 
 
 class LoopFigure(Panel):

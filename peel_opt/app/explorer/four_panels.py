@@ -59,7 +59,8 @@ class FourPanels:
         else:
             self.rod.show(scene.rod)
         if scene.potential is None:
-            self.potential.clear("no state, no β₀, no potential")
+            self.potential.clear(wrapped(scene.no_potential))
+            self.potential.title("Effective potential (35)")
         else:
             self.potential.show(scene.potential)
         self.headline.text = headline(scene)

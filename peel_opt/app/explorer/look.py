@@ -78,7 +78,7 @@ WIDGETS = """
 .bk-input-group { font-size: 13px; }
 .bk-btn { font-size: 12.5px; padding: 3px 6px; }
 .bk-btn.bk-active { background: #1F4E79; color: #FFFFFF; border-color: #1F4E79; }
-.bk-input { font-size: 13px; height: 26px; padding: 2px 6px; }
+.bk-input { font-size: 12.5px; height: 26px; padding: 2px 4px; }
 .bk-slider-title { font-size: 13px; }
 :focus-visible { outline: 3px solid #E69F00; outline-offset: 1px; }
 """

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from ...analysis.lambda_loop import enclosed_area
+from ...analysis.maxwell import TURN
+from ...analysis.pressure_loop import folded_area
+from ...base.units import told_apart
+from ...equilibria.branch import Branch
 from .curves import Curve
 from .diagram_panel import units
 from .panels import Axis, Frame, Line, LoopPanel, Mark
@@ -30,8 +35,9 @@ def lambda_loop(
     if state.beta0 == 0.0:
         return "At β₀ = 0 the detached state grows out of the straight rod: no jumps, no loop."
     if fold is None:
-        return f"No loop in λ at β₀ = {state.beta0:.4g}: the branch has no fold" + (
-            " (above β₀ = 37.546 none has)." if state.beta0 > 37.5 else " that has been met so far."
+        mine, last = told_apart(state.beta0, TURN, 5)
+        return f"No loop in λ at β₀ = {mine}: the branch has no fold" + (
+            f" (above β₀ = {last} none has)." if state.beta0 >= TURN else " that has been met so far."
         )
     if state.convention == "maxwell":
         if "maxwell" not in found.named:
@@ -78,7 +84,7 @@ def lambda_loop(
         inside = np.linspace(down, up, 201)
         area = f"about {abs(np.trapezoid(held(inside), inside)):.2g}"
     elif up > down:
-        area = f"{enclosed_area(found.potential, found.named['fold'][1], found.named['delay'][1]):.4g}"
+        area = _digits(*found.potential.area(found.named["fold"][1], found.named["delay"][1]))
     else:
         area = "0"
     note = (
@@ -95,7 +101,7 @@ def lambda_loop(
         tuple(frames),
         "lam",
         here,
-        f"{CONVENTIONS[state.convention]} convention, area {area}",
+        f"{CONVENTIONS[state.convention]}, area {area}",
         note,
     )
 
@@ -150,7 +156,10 @@ def pressure_loop(state: State, curve: Curve, here: tuple[float, float] | None) 
         note = "A rod under a pressure has the delay convention only. " + note
     x_up, y_up = drawn(rising, s_up)
     x_down, y_down = drawn(falling, s_down)
-    area = float(abs(np.trapezoid(sigma, P)))
+    if isinstance(curve.origin, Branch):
+        area = _digits(*folded_area(curve.origin, turn.row))
+    else:
+        area = f"about {abs(np.trapezoid(sigma, P)):.2g}"
     return LoopPanel(
         Axis(up_label, *_room(np.concatenate([x_up, x_down, [0.0]]))),
         Axis(across, *_room(np.concatenate([y_up, y_down]))),
@@ -167,9 +176,15 @@ def pressure_loop(state: State, curve: Curve, here: tuple[float, float] | None) 
         tuple(frames),
         "pressure",
         here,
-        f"delay convention, area about {area:.2g} T₀ η",
+        f"delay, area {area} T₀ η",
         note,
     )
+
+
+def _digits(area: float, error: float) -> str:
+    """An area to the digits that its error leaves, five at most."""
+    digits = 5 if error <= 0.0 else math.floor(math.log10(area / error))
+    return f"{area:.{min(max(digits, 1), 5)}g}"
 
 
 def _lower(curve: Curve) -> np.ndarray:

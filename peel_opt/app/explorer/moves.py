@@ -4,23 +4,64 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ...continuation.primary import UNFOLDED
 from ...equilibria.result import Equilibrium
-from ...model.rod import RATIOS
+from ...model.rod import RATIOS, Rod
 from .curves import Curve, window
+from .diagram_panel import units
 from .panels import Frame, LoopPanel, Spot
-from .state import State
+from .state import CHOICES, State
+
+#: Units of the numbers of a rod.
+SI_UNITS = {"k": "N m", "T0": "Pa", "y0": "m"}
 
 #: Farthest beta0 of a slider; more can be typed.
 FARTHEST_BETA0 = 60.0
 
 
-def chosen(state: State, field: str, value: str) -> State:
-    """Return the state after a choice."""
+def chosen(state: State, field: str, value: str, eq: Equilibrium | None) -> State:
+    """Return the state after a choice; another question is asked about ``eq``, the same state."""
     if field == "units":
         return state.switched(value)
     if field == "given":
-        return state.asking(value)
+        return asked(state, value, eq)
     return state.changed(**{field: value})
+
+
+def asked(state: State, given: str, eq: Equilibrium | None) -> State:
+    """Return the state with another question, whose answer ``eq`` is too."""
+    other = state.asking(given)
+    if eq is None or given == state.given:
+        return other
+    # Within y0 both laws have this state, and each problem keeps its own.
+    law = other.law if eq.law == "linear" and "y > y0" not in eq.flags else state.law
+    if given == "groups":
+        values = {"beta0": eq.beta0, "lam": eq.lam, "near": eq.alpha1}
+    else:
+        rod = other.rod if state.given != "groups" else None
+        unit = Rod.from_ratio(eq.ratio) if rod is None else rod
+        length, pressure = unit.length(eq.length_ratio), unit.pressure(eq.pressure_ratio)
+        values = {"length": length, "pressure": pressure, "near": pressure if given == "length" else length}
+        if rod is None:
+            values["ratio"] = unit.ratio
+    label = eq.state if eq.state in CHOICES["label"] else "unfolded"
+    if given == "pressure" and label in UNFOLDED:
+        label = "unfolded"  # of which there is one at each pressure
+    return other.changed(law=law, **values, label=label)
+
+
+def typed(state: State, field: str, text: str) -> State:
+    """Return the state with a number as somebody typed it; a bare one is in the unit of the label."""
+    try:
+        value = float(text)
+    except ValueError:
+        return state.typed(field, text)
+    if state.units == "SI" and field in SI_UNITS:
+        return state.typed(field, f"{text} {SI_UNITS[field]}")
+    if state.units == "SI" and field in ("length", "pressure"):
+        length, _, pressure, _ = units(state)
+        return state.changed(**{field: value * (length if field == "length" else pressure)})
+    return state.typed(field, text)
 
 
 def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> State:

@@ -112,14 +112,15 @@ class Page:
     # --- what people do -------------------------------------------------------------------
 
     def _choice(self, field: str, value: str) -> None:
-        self._try(lambda state: moves.chosen(state, field, value))
+        eq = self.scene.equilibrium
+        self._try(lambda state: moves.chosen(state, field, value, eq))
 
     def _slider(self, field: str, value: float, rested: bool) -> None:
         eq = self.scene.equilibrium
         self._try(lambda state: moves.slid(state, field, value, eq), rested=rested)
 
     def _text(self, field: str, text: str) -> None:
-        self._try(lambda state: state.typed(field, text))
+        self._try(lambda state: moves.typed(state, field, text))
 
     def _tapped(self, event: Any) -> None:
         if event.x is None or event.y is None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...analysis.branch_potential import branch_potential
+from ...analysis.branch_potential import branch_potential, points_potential
 from ...analysis.normal_form import NormalForm
 from ...analysis.potential import EffectivePotential
 from ...base.errors import InvalidInput, NoEquilibrium
@@ -18,6 +19,9 @@ _POINTS = 161
 
 #: The landing of the delay is in the picture unless it is this many times deeper than all else.
 _DEEPEST = 3.0
+
+#: Half the width of the ball, as a share of the picture's.
+_HIDDEN = 0.02
 
 WORDS = {"fold": "fold", "maxwell": "Maxwell", "delay": "delay"}
 
@@ -39,27 +43,20 @@ class Landscape:
     missing: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Detached:
-    """Detached states at one beta0, as `branch_potential` takes them."""
-
-    lam: np.ndarray
-    alpha1: np.ndarray
-    beta0: float
-
-
 def landscape(beta0: float, curve: Curve | None) -> Landscape:
     """Return the potential of a curve at fixed beta0; of the normal form (33) without one."""
     potential, source = None, ""
     if curve is not None and (curve.special("LP-lambda") is not None or beta0 == 0.0):
         try:
-            alpha1, first = np.unique(curve.alpha1, return_index=True)
-            states = _Detached(curve.lam[first], alpha1, beta0)
-            potential, source = branch_potential(states), f"quadrature of the {curve.method}"
+            solved = curve.origin
+            potential = (
+                points_potential(beta0, solved) if isinstance(solved, tuple) else branch_potential(solved)
+            )
+            source = f"quadrature of the {curve.method}"
         except InvalidInput:
             potential = None
     if potential is None:
-        potential, source = NormalForm.exact().at(beta0), "normal form (33), constant coefficients"
+        potential, source = NormalForm.exact().at(beta0), "normal form (33)"
     named, missing = {}, []
     for name in NAMED:
         try:
@@ -79,7 +76,7 @@ def potential_panel(found: Landscape, lam: float, alpha1: float | None) -> Poten
     high = min(max(places) + 0.3 * span, potential.domain[1])
     x = np.linspace(low, high, _POINTS)
     lines = [
-        Line(name, x, np.asarray(potential(x, at)), f"{WORDS[name]} {at:.4g}")
+        Line(name, x, np.asarray(potential(x, at)), WORDS[name] + (f" {at:.4g}" if at else ""))
         for name, (at, _) in named.items()
     ]
     lines.append(Line("current", x, np.asarray(potential(x, lam)), f"λ = {lam:.4g}"))
@@ -111,6 +108,11 @@ def potential_panel(found: Landscape, lam: float, alpha1: float | None) -> Poten
         ball,
         found.source,
     )
+
+
+def too_far(panel: PotentialPanel, off: float) -> bool:
+    """Whether a potential misses the state by more than the ball hides."""
+    return math.isfinite(off) and off > _HIDDEN * (panel.x.high - panel.x.low)
 
 
 def off_by(found: Landscape, lam: float, alpha1: float) -> float:

@@ -117,10 +117,12 @@ def quick_groups(
 
 def _dense(branches: list[QuickBranch], hold: str, ended: str, began: float) -> Curve:
     """Draw cubics through points and tangents of walks that share their first point."""
-    parts, states, specials, error, rows, count = [], [], [], 0.0, 0, 0
+    parts, states, specials, error, rows = [], [], [], 0.0, 0
+    origin: list[Point] = []
     for branch in branches:
         points = branch.points
-        count += len(points)
+        # Both sides begin at T.
+        origin += points[:0:-1] if branch.side < 0 else points
         s = np.array([p.arclength for p in points])
         x = np.array([p.x[-4:] for p in points])
         dx = np.array([p.tangent[-4:] for p in points])
@@ -162,9 +164,10 @@ def _dense(branches: list[QuickBranch], hold: str, ended: str, began: float) -> 
         index=None,
         specials=tuple(Special(*entry) for entry in specials),
         ended=ended,
-        method=f"quick walk of {count} points",
+        method=f"quick walk of {len(origin)} points",
         error=error,
         seconds=time.perf_counter() - began,
+        origin=tuple(origin),
     )
 
 

@@ -11,15 +11,15 @@ from ...analysis.maxwell import TURN
 from ...base.errors import PeelOptError
 from ...equilibria.result import Equilibrium
 from .answers import Found, full_answer, quick_answer
-from .curves import Curve, law_of, traced, window
-from .diagram_panel import diagram_panel, units
+from .curves import Curve, law_of, own_branch, traced, window
+from .diagram_panel import diagram_panel, is_drawn, units
 from .loop_panel import lambda_loop, pressure_loop
 from .panels import Answer, DiagramPanel, LoopPanel, Part, PotentialPanel, RodPanel
-from .potential_panel import Landscape, landscape, off_by, potential_panel
+from .potential_panel import Landscape, landscape, off_by, potential_panel, too_far
 from .quick_walks import QuickBranch, quick_groups, quick_rod
 from .rod_panel import adhered_panel, rod_panel
 from .state import State
-from .words import answer_of, warnings_of
+from .words import OFF_BRANCH, answer_of, warnings_of, why_no_branch
 
 #: Share of a picture's 50 ms that walks may take; what is left of a branch follows later.
 BUDGET = 0.026
@@ -47,8 +47,8 @@ class Scene:
         Where a picture leaves its range.
     nearest : State or None
         The nearest state that exists, where this one does not.
-    no_loop : str
-        Why there is no loop.
+    no_loop, no_potential : str
+        Why there is none.
     parts : tuple of Part
         What each panel cost and how far to trust it.
     seconds : float
@@ -70,6 +70,7 @@ class Scene:
     warnings: tuple[str, ...]
     nearest: State | None
     no_loop: str
+    no_potential: str
     parts: tuple[Part, ...]
     seconds: float
     equilibrium: Equilibrium | None
@@ -190,7 +191,7 @@ def _landscape(state: State, beta0: float | None, local: Curve | None) -> tuple[
     began = time.perf_counter()
     # A walk that is not through has neither Maxwell point nor delay.
     known = local if local is not None and local.ended else None
-    found = _remembered(beta0, None if state.accuracy == "sketch" else known)
+    found = _remembered(beta0, known)
     return found, time.perf_counter() - began
 
 
@@ -208,6 +209,9 @@ def _scene(
     eq = found.equilibrium
     here, on_loop = _places(state, eq)
     diagram = diagram_panel(state, curve, here)
+    off_branch = here is not None and not is_drawn(diagram, here)
+    if off_branch and full and eq is not None:
+        diagram = diagram_panel(state, curve, here, own_branch(state, eq))
     rod: RodPanel | None = None
     if eq is not None:
         rod = rod_panel(eq)
@@ -217,7 +221,7 @@ def _scene(
     parts = [Part("state", eq.stats.method if eq else "none", found.seconds, _error_of(eq))]
     estimate = "about " if curve.method.startswith("quick") else ""
     parts.append(Part("diagram", curve.method, curve.seconds, f"{estimate}{curve.error:.0e} in arclength"))
-    potential, off = None, math.nan
+    potential, off, no_potential = None, math.nan, "no state, no β₀, no potential"
     if land is not None:
         lam = state.lam if state.given == "groups" else (eq.lam if eq else 0.0)
         alpha1 = 0.0 if state.label == "adhered" else (None if eq is None else eq.alpha1)
@@ -226,12 +230,20 @@ def _scene(
             off = off_by(land[0], lam, alpha1)
         error = f"{off:.0e} in α₁ at the ball" if math.isfinite(off) else "-"
         parts.append(Part("potential", land[0].source, land[1], error))
+        if too_far(potential, off):
+            potential = None
+            no_potential = f"Not shown: the {land[0].source} misses the state by {off:.2g} in α₁."
+            if land[0].source.startswith("normal form"):
+                no_potential += " " + why_no_branch(land[0].potential.beta0, full)
     loop: LoopPanel | str
     if state.given == "groups":
         loop = lambda_loop(state, curve, _required(land), on_loop)
     else:
         loop = pressure_loop(state, curve, on_loop)
-    warnings = warnings_of(state, eq, curve, land[0] if land else None, off, full)
+    shown = land[0] if land and potential is not None else None
+    warnings = warnings_of(state, eq, curve, shown, off, full)
+    if off_branch:
+        warnings = (*warnings, OFF_BRANCH + ("" if full else " Its own is drawn when the slider rests."))
     return Scene(
         state=state,
         full=full,
@@ -244,6 +256,7 @@ def _scene(
         warnings=warnings,
         nearest=found.nearest,
         no_loop=loop if isinstance(loop, str) else "",
+        no_potential=no_potential,
         parts=tuple(parts),
         seconds=time.perf_counter() - began,
         equilibrium=eq,

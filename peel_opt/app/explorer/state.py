@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 from urllib.parse import parse_qs, urlencode
 
 from ...base.errors import InvalidInput, OutOfRange
-from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse
+from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse, told_apart
 from ...model.equations import PI4
 from ...model.rod import RATIOS, Rod, require_ratio
 
@@ -125,8 +125,12 @@ class State:
             checked = parse(NAMES.get(name, name), value, kind, signed=signed)
             low, high = _LIMITS.get(name, (-1e15, 1e15))
             if not low <= checked <= high:
+                end = low if checked < low else high
+                mine, last = told_apart(checked, end)
+                side = "below" if checked < low else "above"
                 raise OutOfRange(
-                    f"{NAMES.get(name, name)} = {checked:.4g} is outside {low:.4g} to {high:.4g}."
+                    f"{NAMES.get(name, name)} = {mine} is outside {low:.4g} to {high:.4g}"
+                    + (f": {side} {last}." if abs(checked - end) < 1e-3 * abs(end) else ".")
                 )
             object.__setattr__(self, name, checked)
         if self.lam <= -PI4:

@@ -36,8 +36,8 @@ def headline(scene: Scene) -> str:
     verdict = "certified" if answer.certified else "not certified"
     return (
         f'<span style="font-size:17px"><b>{html.escape(answer.headline)}</b> at {words}</span><br>'
-        f"{html.escape(answer.label)} state, {html.escape(answer.law)} law, {verdict}"
-        f" (certificate {answer.certificate:.0e}); {numbers}"
+        f'<span style="font-size:12px">{html.escape(answer.label)} state, {html.escape(answer.law)} law,'
+        f" {verdict} (certificate {answer.certificate:.0e}); {numbers}</span>"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...analysis.maxwell import TURN
-from ...base.units import display_with_error
+from ...base.units import display_with_error, told_apart
 from ...equilibria.result import Equilibrium
 from .curves import Curve
 from .panels import Answer
@@ -22,6 +22,8 @@ MEANINGS = {
     "tip on plate": "The tip is held down to the plate.",
     "self-contact": "The rod crosses itself: contact is not modelled.",
 }
+
+OFF_BRANCH = "The state is not on the branch drawn, which leaves T."
 
 #: Share of the state's alpha1 by which the potential may miss it without a word.
 _OFF = 0.02
@@ -55,6 +57,14 @@ def answer_of(eq: Equilibrium) -> Answer:
     )
 
 
+def why_no_branch(beta0: float, full: bool) -> str:
+    """Say why the potential does not come from a solved branch."""
+    if beta0 >= TURN:
+        mine, last = told_apart(beta0, TURN)
+        return f"β₀ = {mine} is above {last}: the branch from T has no fold there."
+    return "No solved branch round its fold is known here." if full else "A solved one comes at rest."
+
+
 def _digits(eq: Equilibrium) -> int:
     """As many digits as the error leaves, 12 at most."""
     if not eq.answer or not eq.error:
@@ -70,17 +80,12 @@ def warnings_of(
     if eq is not None and eq.state == "other":
         said.append("This state is not on the branch that leaves T.")
     beta0 = state.beta0 if state.given == "groups" else (eq.beta0 if eq else 0.0)
-    if beta0 >= TURN:
-        said.append(
-            f"β₀ = {beta0:.4g} is above {TURN:.2f}: the branch from T at this β₀ has no fold, so the"
-            " potential shown is that of the normal form (33), far outside its range."
-        )
-    elif land is not None and land.source.startswith("normal form") and state.accuracy != "sketch":
-        said.append("The potential is that of the normal form (33) until the slider rests.")
+    if land is not None and land.source.startswith("normal form"):
+        said.append(f"The potential is that of the normal form (33). {why_no_branch(beta0, full)}")
     elif land is not None and land.missing:
         missing = " and ".join(land.missing)
         said.append(f"Not on this potential: {missing}; the branch it comes from is not known that far.")
-    elif eq is not None and math.isfinite(off) and off > _OFF * abs(eq.alpha1):
+    elif land is not None and eq is not None and math.isfinite(off) and off > _OFF * abs(eq.alpha1):
         said.append(f"The ball is not at a critical point: the potential misses the solved α₁ by {off:.2g}.")
     if not curve.ended:
         last = float(curve.pressure_ratio[-1])
