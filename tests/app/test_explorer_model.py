@@ -14,14 +14,19 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 import peel_opt as po
+from peel_opt.analysis.maxwell import TURN
 from peel_opt.app.cards import load_card
+from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
+from peel_opt.app.explorer.diagram_panel import is_drawn, units
+from peel_opt.app.explorer.potential_panel import landscape
 from peel_opt.app.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
 from peel_opt.app.explorer.screen import full_scene, live_scene
 from peel_opt.app.explorer.state import CHOICES, State
 from peel_opt.app.explorer.state_cards import from_card, to_card
 from peel_opt.app.explorer.tables import COLUMNS, scene_csv
+from peel_opt.base.units import told_apart
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.residual.arclength import chart
 from peel_opt.residual.closures import Plane
@@ -367,3 +372,79 @@ def test_csv_holds_what_is_drawn_with_units() -> None:
     assert rod[0]["y_quantity"].startswith("y [mm]")
     (link,) = [line for line in text.splitlines() if line.startswith("# link: ")]
     assert State.from_query(link.removeprefix("# link: ")) == (SI, ())
+
+
+# --- potentials, branches and questions -------------------------------------------------------
+
+
+@pytest.mark.parametrize("accuracy", ["sketch", "standard"])
+def test_the_potential_under_law_8_has_the_true_maxwell_point(accuracy: Any) -> None:
+    state = State(law="cohesive", accuracy=accuracy)
+    scene = full_scene(state)
+    found = landscape(state.beta0, scene.curve)
+    assert found.source.startswith("quadrature")
+    assert found.named["maxwell"][0] == pytest.approx(-0.2390538361, abs=1e-8)
+    assert found.named["fold"][1] == pytest.approx(-1.3942820254, abs=1e-6)
+    assert scene.potential is not None
+    assert "Maxwell -0.2391" in [line.label for line in scene.potential.lines]
+
+
+def test_a_potential_that_misses_the_state_is_not_shown_and_the_state_is_on_a_branch_that_is() -> None:
+    scene = full_scene(State(beta0=42.0, lam=-20.0))
+    assert scene.potential is None
+    assert "misses the state by 0.95" in scene.no_potential
+    assert "42 is above 37.55" in scene.no_potential
+    assert scene.diagram.here is not None
+    assert is_drawn(scene.diagram, scene.diagram.here)
+    assert "own branch" in [line.label for line in scene.diagram.lines]
+    assert any("not on the branch drawn" in warning for warning in scene.warnings)
+    quick = live_scene(State(beta0=42.0, lam=-20.0), budget=10.0)
+    assert any("drawn when the slider rests" in warning for warning in quick.warnings)
+    shown = full_scene(State())
+    assert shown.potential is not None
+    assert shown.diagram.here is not None
+    assert is_drawn(shown.diagram, shown.diagram.here)
+    assert not shown.warnings
+
+
+@pytest.mark.parametrize(
+    ("state", "given"),
+    [
+        (SI.changed(given="pressure", pressure=4e4), "length"),
+        (SI.changed(length=1.95e-3), "pressure"),
+        (PRESSED.changed(label="folded"), "length"),
+        (PRESSED, "groups"),
+        (State(), "length"),
+        (State(beta0=10.0, lam=30.0), "pressure"),  # beyond y0 under the linear law
+    ],
+)
+def test_another_question_is_asked_about_the_same_state(state: State, given: str) -> None:
+    before = full_answer(state).equilibrium
+    assert before is not None
+    other = moves.chosen(state, "given", given, before)
+    assert other.given == given
+    after = full_answer(other).equilibrium
+    assert after is not None
+    assert [after.beta0, after.lam, after.alpha1] == pytest.approx(
+        [before.beta0, before.lam, before.alpha1], rel=1e-6
+    )
+
+
+def test_a_bare_number_is_in_the_unit_of_its_label() -> None:
+    rod = SI.changed(given="pressure")
+    assert "[kPa]" in units(rod)[3]
+    assert moves.typed(rod, "pressure", "30").pressure == pytest.approx(30e3)
+    assert moves.typed(rod, "pressure", "30 Pa").pressure == 30.0
+    assert moves.typed(SI, "length", "1.9").length == pytest.approx(1.9e-3)
+    assert moves.typed(SI, "y0", "1e-3").y0 == 1e-3
+    assert moves.typed(State(), "lam", "0.5").lam == 0.5
+
+
+def test_two_numbers_that_differ_are_told_apart() -> None:
+    assert told_apart(37.55, TURN) == ("37.55", "37.546")
+    mine, last = told_apart(TURN + 1e-7, TURN)
+    assert float(mine) > float(last)
+    with pytest.raises(po.OutOfRange, match=r"100000\.1 .* above 100000"):
+        State(beta0=100000.1)
+    with pytest.raises(po.NoEquilibrium, match=r"above beta0 = 37\.5458 .* beta0 = 37\.55,"):
+        po.maxwell_curve((1.0, 37.55))

@@ -122,7 +122,7 @@ def traced(state: State) -> Curve | None:
 
 
 def own_branch(state: State, eq: Equilibrium) -> tuple[Branch, ...]:
-    """Follow the branch of a state both ways, as far as the diagram goes; what cannot be followed is left out."""
+    """Follow the branch of a state both ways through the diagram, as far as that can be done."""
     low, high = window(state.beta0, state.lam)
     groups = state.given == "groups"
     found = []

@@ -72,7 +72,7 @@ def diagram_panel(
     """
     x, y = coordinates(state, curve)
     looks = _looks(state, curve)
-    lines = [Line("unknown", *coordinates(state, own), "the state's own branch") for own in beside]
+    lines = [Line("unknown", *coordinates(state, own), "own branch") for own in beside]
     lines += [Line(look, x[rows], y[rows], LABELS[look]) for rows, look in _pieces(looks)]
     rod = state.rod
     if rod is None:

@@ -47,8 +47,7 @@ class FourPanels:
         self.show_moving(scene)
         self.diagram.show(scene.diagram)
         if scene.loop is None:
-            self.loop.clear(wrapped(scene.no_loop))
-            self.loop.title("Hysteresis loop")
+            self.loop.empty("Hysteresis loop", wrapped(scene.no_loop))
         else:
             self.loop.show(scene.loop)
 
@@ -59,8 +58,7 @@ class FourPanels:
         else:
             self.rod.show(scene.rod)
         if scene.potential is None:
-            self.potential.clear(wrapped(scene.no_potential))
-            self.potential.title("Effective potential (35)")
+            self.potential.empty("Effective potential (35)", wrapped(scene.no_potential))
         else:
             self.potential.show(scene.potential)
         self.headline.text = headline(scene)

@@ -171,6 +171,15 @@ class Panel:
         for shown, axis in ((self.figure.x_range, x), (self.figure.y_range, y)):
             _fit(shown, axis.low, axis.high)
 
+    def empty(self, title: str, text: str) -> None:
+        """Show a title and a few words, and axes of nothing."""
+        self.clear(text)
+        self.title(title)
+        fig = self.figure
+        fig.xaxis.axis_label = fig.yaxis.axis_label = ""
+        for shown in (fig.x_range, fig.y_range):
+            shown.update(start=0.0, end=1.0, reset_start=0.0, reset_end=1.0)
+
     def clear(self, text: str) -> None:
         """Show nothing but a few words."""
         for source in (*self.lines.values(), self.here):
