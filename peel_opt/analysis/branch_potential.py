@@ -141,7 +141,7 @@ class SplinePotential(EffectivePotential):
     states: States
 
     @cached_property
-    def others(self) -> tuple[EffectivePotential, ...]:  # type: ignore[override]
+    def others(self) -> tuple[EffectivePotential, ...]:
         """The same through every second state, and through those between; kinks, T and ends in both."""
         states = self.states
         assert states.kinks is not None

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...analysis.branch_potential import branch_potential, points_potential
 from ...analysis.normal_form import NormalForm
-from ...analysis.potential import EffectivePotential
+from ...analysis.potential import EffectivePotential, Level
 from ...base.errors import InvalidInput, NoEquilibrium
 from .curves import Curve
 from .panels import Axis, Line, Mark, PotentialPanel
@@ -39,7 +39,7 @@ class Landscape:
 
     potential: EffectivePotential
     source: str
-    named: dict[str, tuple[float, float]]
+    named: dict[str, Level]
     missing: tuple[str, ...]
 
 
@@ -76,8 +76,8 @@ def potential_panel(found: Landscape, lam: float, alpha1: float | None) -> Poten
     high = min(max(places) + 0.3 * span, potential.domain[1])
     x = np.linspace(low, high, _POINTS)
     lines = [
-        Line(name, x, np.asarray(potential(x, at)), WORDS[name] + (f" {at:.4g}" if at else ""))
-        for name, (at, _) in named.items()
+        Line(name, x, np.asarray(potential(x, level.lam)), f"{WORDS[name]} {_digits(level)}".rstrip())
+        for name, level in named.items()
     ]
     lines.append(Line("current", x, np.asarray(potential(x, lam)), f"λ = {lam:.4g}"))
     heights = [0.0, *(float(potential(v, lam)) for v in roots if v <= 0.0)]
@@ -108,6 +108,14 @@ def potential_panel(found: Landscape, lam: float, alpha1: float | None) -> Poten
         ball,
         found.source,
     )
+
+
+def _digits(level: Level) -> str:
+    """A named lambda to the digits that its error leaves, four at most; nothing where it is 0."""
+    if not level.lam:
+        return ""
+    digits = 4 if not level.error > 0.0 else math.floor(math.log10(abs(level.lam) / level.error))
+    return f"{level.lam:.{min(max(digits, 1), 4)}g}"
 
 
 def too_far(panel: PotentialPanel, off: float) -> bool:
