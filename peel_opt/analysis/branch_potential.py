@@ -126,12 +126,18 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
     return states_potential(states)
 
 
-def points_potential(beta0: float, points: Sequence[Point]) -> EffectivePotential:
-    """Return the effective potential of points walked at fixed beta0, in order along the branch."""
+def points_potential(
+    beta0: float, points: Sequence[Point], kinks: Sequence[Point] = ()
+) -> EffectivePotential:
+    """Return the effective potential of points walked at fixed beta0, in order along the branch.
+
+    ``kinks`` are those among the points at which the curve has one.
+    """
     lam, alpha1 = np.array([(p.scalars.lam, p.scalars.alpha1) for p in points]).T
     slope = np.array([_slope(p.x[-4:], p.tangent[-4:]) for p in points])
-    bent = _changes([p.problem.phases for p in points])
-    return states_potential(States(beta0, alpha1, lam, slope, bent=bent))
+    at = np.array([any(p is kink for kink in kinks) for p in points], bool)
+    bent = _changes([p.problem.phases for p in points]) & ~(at[:-1] | at[1:])
+    return states_potential(States(beta0, alpha1, lam, slope, kinks=at, bent=bent))
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass
 
@@ -10,7 +11,13 @@ import numpy as np
 from ...analysis.branch_potential import branch_potential, points_potential
 from ...analysis.normal_form import NormalForm
 from ...analysis.potential import EffectivePotential, Level
-from ...base.errors import InvalidInput, NoEquilibrium
+from ...base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ...continuation.family import Family
+from ...continuation.points import Point
+from ...continuation.primary import PATH
+from ...equilibria.trace import landings
+from ...model.bond import COHESIVE
+from ...residual.closures import Closure
 from .curves import Curve
 from .panels import Axis, Line, Mark, PotentialPanel
 
@@ -49,9 +56,10 @@ def landscape(beta0: float, curve: Curve | None) -> Landscape:
     if curve is not None and (curve.special("LP-lambda") is not None or beta0 == 0.0):
         try:
             solved = curve.origin
-            potential = (
-                points_potential(beta0, solved) if isinstance(solved, tuple) else branch_potential(solved)
-            )
+            if isinstance(solved, tuple):
+                potential = _of_walk(beta0, solved, curve.law)
+            else:
+                potential = branch_potential(solved)
             source = f"quadrature of the {curve.method}"
         except InvalidInput:
             potential = None
@@ -64,6 +72,17 @@ def landscape(beta0: float, curve: Curve | None) -> Landscape:
         except NoEquilibrium:
             missing.append(name)
     return Landscape(potential, source, named, tuple(missing))
+
+
+def _of_walk(beta0: float, points: tuple[Point, ...], law: str) -> EffectivePotential:
+    """Potential of a quick walk; under law (8) it takes a point where the tip passes y0, at p = T0/2, too."""
+    kinks: list[Point] = []
+    if law == COHESIVE.name:
+        family = Family(COHESIVE, PATH, Closure("length", math.cbrt(beta0)))
+        with contextlib.suppress(NotConverged):
+            kinks = landings(family, list(points), "alpha1", -0.5 * beta0)[:1]
+    after = next((i for i, p in enumerate(points) if p.scalars.alpha1 < -0.5 * beta0), len(points))
+    return points_potential(beta0, [*points[:after], *kinks, *points[after:]], kinks)
 
 
 def potential_panel(found: Landscape, lam: float, alpha1: float | None) -> PotentialPanel:
