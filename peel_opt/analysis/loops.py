@@ -6,13 +6,13 @@ comes back to the plate it holds as it did before.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
 from ..base.arrays import Columns, read_only
+from ..base.units import digits_left
 from ..equilibria.branch import Branch
 
 #: What kind of loop this is, wherever one is told.
@@ -127,9 +127,7 @@ class Loop(Generic[S, J]):
     @property
     def area_digits(self) -> int:
         """Digits of the area that its error leaves, at most 10."""
-        if not self.area_error > 0.0:
-            return 10
-        return min(max(math.floor(math.log10(self.area / self.area_error)), 1), 10)
+        return digits_left(self.area, self.area_error, 10)
 
     def tree(self, title: str, jumps: list[str], area: str, *last: Any) -> str:
         """Return the loop in a few lines."""

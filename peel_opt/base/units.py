@@ -282,3 +282,12 @@ def told_apart(value: float, bound: float, digits: int = 4) -> tuple[str, str]:
         if texts[0] != texts[1]:
             break
     return texts
+
+
+def digits_left(value: float, error: float, most: int) -> int:
+    """Return how many digits of a value its error leaves, from 1 to ``most``; all without an error."""
+    if not error > 0.0:
+        return most
+    if abs(value) <= error:
+        return 1
+    return min(max(math.floor(math.log10(abs(value) / error)), 1), most)

@@ -122,6 +122,21 @@ def test_area_goes_to_zero_with_beta0() -> None:
 
 @pytest.mark.parametrize("form", [None, po.NormalForm.exact(), SERIES])
 @pytest.mark.parametrize("convention", ["delay", "maxwell"])
+def test_loops_say_what_they_are_and_how_well_their_area_is_known(
+    form: po.NormalForm | None, convention: str
+) -> None:
+    loop = po.hysteresis(beta0=4.0, convention=convention, form=form, points=5)
+    assert "quasi-static, reversible bond" in repr(loop)
+    assert f"area {loop.area:.{loop.area_digits}g}" in repr(loop)
+    if form is None:
+        # By parts and adaptive quadrature of the series of order 30.
+        true = 0.6248806700405 if convention == "delay" else 0.0
+        assert abs(loop.area - true) <= loop.area_error + 1e-13
+        assert loop.area_error < 1e-9
+
+
+@pytest.mark.parametrize("form", [None, po.NormalForm.exact(), SERIES])
+@pytest.mark.parametrize("convention", ["delay", "maxwell"])
 def test_beta0_zero_has_no_jumps(form: po.NormalForm | None, convention: str) -> None:
     loop = po.hysteresis(beta0=0.0, convention=convention, form=form, lam=(-0.5, 1.0))
     assert loop.jumps == ()

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ...analysis.maxwell import TURN
 from ...analysis.pressure_loop import folded_area
-from ...base.units import told_apart
+from ...base.units import digits_left, told_apart
 from ...equilibria.branch import Branch
 from .curves import Curve
 from .diagram_panel import units
@@ -84,7 +82,8 @@ def lambda_loop(
         inside = np.linspace(down, up, 201)
         area = f"about {abs(np.trapezoid(held(inside), inside)):.2g}"
     elif up > down:
-        area = _digits(*found.potential.area(found.named["fold"][1], found.named["delay"][1]))
+        size, error = found.potential.area(found.named["fold"].alpha1, found.named["delay"].alpha1)
+        area = f"{size:.{digits_left(size, error, 5)}g}"
     else:
         area = "0"
     note = (
@@ -157,7 +156,8 @@ def pressure_loop(state: State, curve: Curve, here: tuple[float, float] | None) 
     x_up, y_up = drawn(rising, s_up)
     x_down, y_down = drawn(falling, s_down)
     if isinstance(curve.origin, Branch):
-        area = _digits(*folded_area(curve.origin, turn.row))
+        size, error = folded_area(curve.origin, turn.row)
+        area = f"{size:.{digits_left(size, error, 5)}g}"
     else:
         area = f"about {abs(np.trapezoid(sigma, P)):.2g}"
     return LoopPanel(
@@ -179,12 +179,6 @@ def pressure_loop(state: State, curve: Curve, here: tuple[float, float] | None) 
         f"delay, area {area} T₀ η",
         note,
     )
-
-
-def _digits(area: float, error: float) -> str:
-    """An area to the digits that its error leaves, five at most."""
-    digits = 5 if error <= 0.0 else math.floor(math.log10(area / error))
-    return f"{area:.{min(max(digits, 1), 5)}g}"
 
 
 def _lower(curve: Curve) -> np.ndarray:

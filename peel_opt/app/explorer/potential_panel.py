@@ -12,6 +12,7 @@ from ...analysis.branch_potential import branch_potential, points_potential
 from ...analysis.normal_form import NormalForm
 from ...analysis.potential import EffectivePotential, Level
 from ...base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ...base.units import digits_left
 from ...continuation.family import Family
 from ...continuation.points import Point
 from ...continuation.primary import PATH
@@ -133,8 +134,7 @@ def _digits(level: Level) -> str:
     """A named lambda to the digits that its error leaves, four at most; nothing where it is 0."""
     if not level.lam:
         return ""
-    digits = 4 if not level.error > 0.0 else math.floor(math.log10(abs(level.lam) / level.error))
-    return f"{level.lam:.{min(max(digits, 1), 4)}g}"
+    return f"{level.lam:.{digits_left(level.lam, level.error, 4)}g}"
 
 
 def too_far(panel: PotentialPanel, off: float) -> bool:
