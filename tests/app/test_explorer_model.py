@@ -404,7 +404,7 @@ def test_a_potential_that_misses_the_state_is_not_shown_and_the_state_is_on_a_br
     assert scene.diagram.here is not None
     assert is_drawn(scene.diagram, scene.diagram.here)
     assert "own branch" in [line.label for line in scene.diagram.lines]
-    assert any("not on the branch drawn" in warning for warning in scene.warnings)
+    assert any("not on the branch that leaves T. Its own is dotted" in said for said in scene.warnings)
     quick = live_scene(State(beta0=42.0, lam=-20.0), budget=10.0)
     assert any("drawn when the slider rests" in warning for warning in quick.warnings)
     shown = full_scene(State())

@@ -23,7 +23,7 @@ MEANINGS = {
     "self-contact": "The rod crosses itself: contact is not modelled.",
 }
 
-OFF_BRANCH = "The state is not on the branch drawn, which leaves T."
+OFF_BRANCH = "This state is not on the branch that leaves T."
 
 #: Share of the state's alpha1 by which the potential may miss it without a word.
 _OFF = 0.02
@@ -78,7 +78,7 @@ def warnings_of(
     """Return what must be said beside the pictures."""
     said = [MEANINGS[flag] for flag in (eq.flags if eq else ()) if flag in MEANINGS]
     if eq is not None and eq.state == "other":
-        said.append("This state is not on the branch that leaves T.")
+        said.append(OFF_BRANCH)
     beta0 = state.beta0 if state.given == "groups" else (eq.beta0 if eq else 0.0)
     if land is not None and land.source.startswith("normal form"):
         said.append(f"The potential is that of the normal form (33). {why_no_branch(beta0, full)}")
