@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.errors import NotConverged
-from ..model.bond import Affine, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.equations import PI4, Scalars, kernel
 from ..residual import closures
 from ..residual.arclength import chart
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
-from ..residual.newton import Correction, contact_tangent, correct, correct_contact, factorised
-from ..residual.phases import fits, layout, without_empty_phases, without_thinnest_inner_phase
+from ..residual.newton import Correction, correct, factorised
+from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .points import Point, arclength_between
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
@@ -28,6 +28,9 @@ from .points import Point, arclength_between
 FAR = 10.0
 
 EPS = float(np.finfo(float).eps)
+
+#: Angle at the plate [rad] above which a solution is not one of (14), on the coarsest mesh.
+FLAT = 0.05
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
@@ -51,7 +54,7 @@ class StepControl:
 class Family:
     """A one-parameter family: a law, a transcription and one closure.
 
-    With ``tip_free`` a solution whose tip is held down to the plate counts as a failure.
+    With ``tip_free`` solutions whose tip is held down to the plate are left out of the equations.
     """
 
     law: CohesiveLaw
@@ -60,64 +63,31 @@ class Family:
     tip_free: bool = True
 
     def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
-        """Correct from a profile; None on failure."""
-        return self._fitted(profile, lambda problem, x: correct(problem, x, (self.closure, other)))
+        """Correct from a profile, cutting the phases anew until they are those the law asks for.
 
-    def contact(self, profile: Profile) -> tuple[Discretisation, Correction] | None:
-        """Solve for the state whose tip touches the plate; None on failure."""
-        border = closures.rows(self.closure)
-        return self._fitted(profile, lambda problem, x: correct_contact(problem, x, border))
-
-    def contact_point(self, here: Point, beyond: Point) -> Point | None:
-        """Return the end of a branch, between its last point and one step beyond; None on failure."""
-        solved = self.contact(beyond.profile) or self.contact(here.profile)
-        if solved is None:
-            return None
-        problem, result = solved
-        value, gradient = chart(result.x[-4:])
-        _, family = closures.rows(self.closure)(result.x[-4:])
-        forward = gradient @ (result.x[-4:] - here.x[-4:])
-        tangent = contact_tangent(
-            problem, result.x, self.law.initial_slope, np.vstack([family, forward @ gradient])
-        )
-        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-        arclength = here.arclength + float(np.linalg.norm(value - here.place))
-        return Point(problem, result.x, unit, arclength, result.iterations)
-
-    def _fitted(
-        self, profile: Profile, corrector: Callable[[Discretisation, np.ndarray], Correction]
-    ) -> tuple[Discretisation, Correction] | None:
-        """Correct, cutting the phases anew until they are those the law asks for."""
+        None on failure.
+        """
         for _ in range(6):
             fitted = without_empty_phases(profile) or profile
-            plan = layout(self.law, fitted)
+            plan = self.phases_of(fitted)
             problem = self.transcription.discretise(plan.phases)
-            result = corrector(problem, problem.pack(fitted.rephased(plan.breaks)))
+            result = correct(problem, problem.pack(fitted.rephased(plan.breaks)), (self.closure, other))
             if not result.converged:
                 return None
             profile = problem.profile(result.x)
             if self.suits(profile, problem):
-                return (problem, result) if not self.tip_free or self._holds_its_tip(profile) else None
+                return (problem, result) if is_flat(profile) else None
         return None
+
+    def phases_of(self, profile: Profile) -> Layout:
+        """Read the phases of a shape off its heights."""
+        return layout(self.law, profile, tip_free=self.tip_free)
 
     def suits(self, profile: Profile, problem: Discretisation) -> bool:
         """Whether the phases of a solution are those the law asks for."""
         if len(self.law.pieces) == 1 or fits(profile, problem.phases):
             return True
-        return bool(np.all(profile.lengths > 0.0)) and layout(self.law, profile).phases == problem.phases
-
-    def _holds_its_tip(self, profile: Profile) -> bool:
-        """Whether a solution keeps to P = Phi(y_tip)/y_tip.
-
-        Solutions with y_tip = 0 at any pressure cross the branch where it ends; they satisfy
-        (12), but they are a rod whose tip is held down to the plate.
-        """
-        s = profile.scalars
-        if s.beta0 == 0.0:
-            return True
-        extra = s.alpha1 / s.beta0
-        tip = float(s.height(profile.values[0, 0, 4]))
-        return abs(extra + self.law.mean_drop(tip)) <= 0.1 * abs(extra) + 1e-7
+        return bool(np.all(profile.lengths > 0.0)) and self.phases_of(profile).phases == problem.phases
 
     def point(
         self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
@@ -149,7 +119,7 @@ class Family:
                     return None
                 problem, result = again
         there = self.point(problem, result.x, here.direction, here.arclength + ds, result.iterations)
-        return None if _crossed_over(here, there) else there
+        return there if is_flat(there.profile) and not _crossed_over(here, there) else None
 
     def _merge_step(self, here: Point, plane: Plane, ds: float) -> Point | None:
         """Step over the end of an inner phase.
@@ -253,6 +223,15 @@ class Family:
         return found, (start, start + max(span, 0.0))
 
 
+def is_flat(profile: Profile) -> bool:
+    """Whether a solution leaves the plate without an angle.
+
+    Where the reaction at the edge vanishes, shapes that leave it at an angle branch off: there the
+    rod is under the plate, and the identity does not imply Theta(1) = 0.
+    """
+    return bool(abs(profile.scalars.A * profile.values[-1, -1, 0]) < FLAT)
+
+
 def _resolution(point: Point) -> float:
     """Length of branch below which doubles do not tell places apart, far out."""
     return 16.0 * EPS * max(abs(point.arclength), float(np.linalg.norm(point.place)))
@@ -262,10 +241,9 @@ def _crossed_over(here: Point, there: Point) -> bool:
     """Whether a step went straight across a corner where two branches nearly meet.
 
     The determinant of the bordered Jacobian keeps its sign along a branch.  On its far side
-    the other branch has the other sign, however smooth the step looks.  At the contact, where
-    alpha1 changes sign too, a branch point is passed on purpose.
+    the other branch has the other sign, however smooth the step looks.
     """
-    if here.problem is not there.problem or here.scalars.m * there.scalars.m <= 0.0:
+    if here.problem is not there.problem:
         return False
     return here.orientation * there.orientation < 0
 
@@ -283,10 +261,10 @@ def transition(family: Family, mode: int = 1) -> Point:
     fields = kernel(chebyshev(PROFILE_POINTS)[0], mode)
     nx = -(sigma**3) * (fields["Y"] - fields["Y"][0])
     values = np.stack([fields["Theta"], fields["K"], nx, fields["ny"], fields["Y"]], axis=-1)
-    # Only an affine law can be evaluated at amplitude zero itself.
-    small = 0.0 if isinstance(family.law.pieces[0].drop, Affine) else 1e-4
+    # Only a law that is smooth at u = 0 can be evaluated at amplitude zero itself.
+    small = 0.0 if family.law.pieces[0].vanishes_smoothly else 1e-4
     profile = Profile(np.ones(1), values[None], Scalars(small, float(fields["m"]), sigma, lam))
-    problem = family.transcription.discretise(family.law.pieces[:1])
+    problem = family.transcription.discretise(family.phases_of(profile).phases)
     result = correct(problem, problem.pack(profile), (family.closure, Closure("amplitude", small)))
     if not result.converged:
         raise NotConverged(

@@ -224,17 +224,13 @@ def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
     mesh, rounding = np.full(len(points), np.nan), np.full(len(points), np.nan)
     groups: dict[int, list[int]] = {}
     for i, point in enumerate(points):
-        if point.scalars.m != 0.0:  # at the contact the system is singular
-            groups.setdefault(id(point.problem), []).append(i)
+        groups.setdefault(id(point.problem), []).append(i)
     for members in groups.values():
         mesh[members], rounding[members] = _one_step(finer, [points[i] for i in members])
     for i in np.flatnonzero(np.isnan(mesh)).tolist():
         mesh[i] = _solved_again(finer, points[i])
     for i in np.flatnonzero(np.isnan(rounding)).tolist():
-        if points[i].scalars.m != 0.0:
-            rounding[i] = _rounding(family, points[i])
-    # The contact is as far from singular as its neighbours, were it posed without theta(1) = 0.
-    rounding[np.isnan(rounding)] = np.nanmax(rounding, initial=EPS)
+        rounding[i] = _rounding(family, points[i])
     return PointErrors(mesh * (1.0 + 1.0 / family.transcription.sure_gain), rounding)
 
 
@@ -280,10 +276,7 @@ def _rounding(family: Family, point: Point) -> float:
 
 def _solved_again(finer: Family, point: Point) -> float:
     """Distance of one point from its full solution on the finer mesh."""
-    if point.scalars.m == 0.0:
-        found = finer.contact(point.profile)
-    else:
-        found = finer.solve(point.profile, Plane.across(point.place, point.direction))
+    found = finer.solve(point.profile, Plane.across(point.place, point.direction))
     if found is None:
         return np.inf
     return float(np.linalg.norm(chart(found[1].x[-4:])[0] - point.place))

@@ -59,15 +59,6 @@ class FoldSystem(Discretisation):
         expression: ca.MX = whole(x, self.x)
         return expression
 
-    @property
-    def angle_row(self) -> int:
-        """Row of Theta(1) = 0."""
-        return self.equilibrium.angle_row
-
-    def tip_expression(self) -> ca.MX:
-        """Y(0)."""
-        return self.equilibrium.tip_height(self._state)[0]
-
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields of the equilibrium."""
         return self.equilibrium.sampler(zeta)(self._state)

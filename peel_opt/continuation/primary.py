@@ -30,7 +30,7 @@ from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
 from .family import Family, StepControl, transition
 from .points import Landed, Point
-from .special import FOLDS, Located, locate
+from .special import FOLDS, Located, locate, tip
 
 #: Transcription of the walk; answers are solved again by the method asked for.
 PATH = Spectral(nodes=16)
@@ -178,13 +178,13 @@ class PrimaryBranch:
         if there is None or len(self.points) > self.longest:
             self.ended = "stalled" if there is None else "limit"
             return
-        if self.side > 0 and there.scalars.A > 1.0 and there.scalars.m > 0.0:
-            # p = T0 again: by the first integral the tip is back on the plate.
-            contact = self.family.contact_point(here, there)
-            if contact is None:
-                self.ended = "stalled"
-                return
-            there, self.ended = contact, "contact"
+        s = there.scalars
+        if s.beta1 <= 0.0 or (not self.family.tip_free and self.side > 0 and s.A > 1.0 and s.m > 0.0):
+            # y0 is infinite at beta1 = 0, and a tip that is held down has no contact to end at.
+            self.ended = "stalled"
+            return
+        if self.side > 0 and s.A > 1.0 and self.family.tip_free and tip(there) < 0.0:
+            there, self.ended = self.family.turning_point(here, there, tip)[0], "contact"
         elif self._strays(here, there):
             self.ended = "stalled"
             return

@@ -25,6 +25,11 @@ SAME = 1e-9
 CLEAR = 0.02
 
 
+def tip(point: Point) -> float:
+    """Height of the tip over the amplitude: zero where the branch ends at the contact."""
+    return float(point.profile.values[0, 0, 4])
+
+
 def tip_excess(point: Point) -> float:
     """u - 1 at the tip."""
     return float(point.scalars.height(point.profile.values[0, 0, 4])) - 1.0

@@ -22,9 +22,9 @@ from ..model.law_samples import agree
 from ..model.named_laws import law_named
 from ..model.rod import Rod
 from ..residual.arclength import chart
-from ..residual.certificate import first_integral_defect, held_tip_defect
+from ..residual.certificate import certificate
 from ..residual.closures import Closure, rows
-from ..residual.discretisation import Discretisation, Transcription
+from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.rounding import adjoint, scalar_gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .branch import Branch
@@ -109,7 +109,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
     family = parts[-1].family
     points = [p for _, p in ordered]
     hold = next(name for name, kind in HOLDS.items() if kind == family.closure.kind)
-    pieces = family.law.pieces
+    starts = [piece.start for piece in family.law.pieces]
     return Branch(
         law=family.law.name,
         hold=hold,
@@ -124,7 +124,9 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
         options=dict(options),
         solutions=Solutions(
             transcription=repr(family.transcription),
-            phases=tuple("".join(chr(FIRST + pieces.index(q)) for q in p.problem.phases) for p in points),
+            phases=tuple(
+                "".join(chr(FIRST + starts.index(q.start)) for q in p.problem.phases) for p in points
+            ),
             unknowns=tuple(p.x for p in points),
             tangents=tuple(p.tangent for p in points),
             law=family.law,
@@ -144,17 +146,10 @@ def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
         "lam": np.array([s.lam for s in scalars]),
         "tip_u": np.array(tips) * np.array(over),
         "certificate": np.array(
-            [_certificate(family, p, float(tip)) for p, tip in zip(points, tips, strict=True)]
+            [certificate(family.law, p.profile, tip_free=family.tip_free) for p in points]
         ),
         "iterations": np.array([p.iterations for p in points]),
     }
-
-
-def _certificate(family: Family, point: Point, tip: float) -> float:
-    """Certificate of a point; a tip on the plate excuses it only where the family holds its tip there."""
-    if family.tip_free:
-        return first_integral_defect(family.law, point.scalars, tip)
-    return held_tip_defect(family.law, point.scalars, tip)
 
 
 def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:
@@ -234,12 +229,19 @@ def _may_be(law: CohesiveLaw, branch: Branch) -> bool:
     return law.name == branch.law and visited < len(law.pieces)
 
 
+def tip_is_free(branch: Branch) -> bool:
+    """Whether the tip leaves the plate along a branch; along those of even modes it stays there."""
+    return int(branch.options.get("mode", 1)) % 2 == 1
+
+
 def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
     """Return the discrete problem and its solution at a point of a branch."""
     if branch.solutions is None:
         raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
     pieces = law_of(branch).pieces
     phases = tuple(pieces[ord(digit) - FIRST] for digit in branch.solutions.phases[i])
+    if not tip_is_free(branch):
+        phases = held(phases)
     return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
 
 
@@ -307,16 +309,11 @@ def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.
     """
     wanted = scalar_gradient(posed.read, x[-4:])
     _, given = rows(*posed.given)(x[-4:])
-    if problem.scalars(x).m == 0.0:
-        # At the contact the system is singular; what the last closure does is seen along the branch.
-        slope = np.array([[0.0], [float(wanted @ tangent[-4:]) / float(given[1] @ tangent[-4:])]])
-        left = wanted - (slope * given).sum(axis=0)
-    else:
-        _, jacobian = problem.linearise(x)
-        gradient = np.zeros(len(x))
-        gradient[-4:] = wanted
-        with one_thread(len(x)):
-            response, _ = adjoint(jacobian, given, gradient, x)
-        left = wanted - response[-2:] @ given
+    _, jacobian = problem.linearise(x)
+    gradient = np.zeros(len(x))
+    gradient[-4:] = wanted
+    with one_thread(len(x)):
+        response, _ = adjoint(jacobian, given, gradient, x)
+    left = wanted - response[-2:] @ given
     # At T, where A = 0, the metric does not see m, and neither does the answer.
     return float(np.linalg.norm(np.linalg.lstsq(chart(x[-4:])[1].T, left)[0]))

@@ -33,8 +33,8 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
         "tip on plate": on_plate(profile),
         "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
-    defect = certificate(effective, profile, held=state in ("other", "spurious"))
-    certified = solved.error <= tol and defect <= tol
+    missed = certificate(effective, profile, tip_free=problem.phases[0].lost is not None)
+    certified = solved.error <= tol and missed <= tol
     return Equilibrium(
         rod=posed.rod,
         law=effective.name if posed.law is not None or not within else LINEAR.name,
@@ -43,7 +43,7 @@ def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
         alpha1=s.alpha1,
         answered=posed.asked,
         error=solved.error,
-        certificate=defect,
+        certificate=missed,
         tol=tol,
         state=state,
         status="certified" if certified else "not-certified",

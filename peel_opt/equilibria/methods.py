@@ -27,7 +27,7 @@ from ..residual.certificate import certificate
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.newton import Correction, correct
-from ..residual.phases import layout
+from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
 from ..residual.rounding import Response, response
 from ..residual.transcriptions import Collocation, Shooting, Spectral
@@ -140,7 +140,8 @@ def answer(posed: Posed, start: Profile | Landed, method: Method, tol: float) ->
         if start.given == posed.given:
             return _climb(_Started(posed, start.profile, start.problem.phases, tol, start), method)
         start = start.profile
-    plan = layout(posed.effective_law, start)
+    law = posed.effective_law
+    plan = layout(law, start, tip_free=not holds_its_tip(law, start))
     return _climb(_Started(posed, start.rephased(plan.breaks), plan.phases, tol), method)
 
 
@@ -172,7 +173,7 @@ def _climb(started: _Started, method: Method) -> Answer:
 
 
 def _certificate(started: _Started, profile: Profile) -> float:
-    return certificate(started.posed.effective_law, profile, held=True)
+    return certificate(started.posed.effective_law, profile, tip_free=started.phases[0].lost is not None)
 
 
 def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -50,18 +50,58 @@ class Affine:
 
 @dataclass(frozen=True)
 class Piece:
-    """One smooth stretch of a law, ``start`` <= u <= ``stop``; smooth also beyond both."""
+    """One smooth stretch of a law, ``start`` <= u <= ``stop``; smooth also beyond both.
+
+    ``lost`` is the integral of the drop from 0 to its beginning.  It is None where the tip is held
+    to the plate, and the mean drop up to the tip says nothing about the pressure.
+    """
 
     start: float
     stop: float
     drop: Shape
+    lost: float | None = 0.0
+
+    @property
+    def is_first(self) -> bool:
+        """Whether the piece begins at u = 0; it goes on below."""
+        return self.start == -math.inf
+
+    @property
+    def vanishes_smoothly(self) -> bool:
+        """Whether ``pull`` and ``mean_pull`` can be evaluated at amplitude zero."""
+        from .quotients import is_smooth
+
+        return self.is_first and (isinstance(self.drop, Affine) or is_smooth(self.drop))
 
     def pull(self, Y: Any, scalars: Scalars) -> Any:
         """(beta0 / A) (1 - tau(u)), what the bond has lost, over the amplitude."""
         if isinstance(self.drop, Affine):
             pull = self.drop.slope * scalars.beta1 * Y if self.drop.slope else 0.0
             return pull + (self.drop.offset * scalars.beta0 / scalars.A if self.drop.offset else 0.0)
+        if self.vanishes_smoothly:
+            from .quotients import over_height
+
+            return scalars.beta1 * Y * over_height(self.drop, scalars.height(Y))
         return scalars.beta0 / scalars.A * self.drop(scalars.height(Y))
+
+    def mean_pull(self, Y: Any, scalars: Scalars) -> Any:
+        """(beta0 / A) (1 - Phi(u)/u), the mean of what the bond loses from 0 to u, over the amplitude."""
+        from .quotients import mean, mean_over_height
+
+        assert self.lost is not None
+        u = scalars.height(Y)
+        if isinstance(self.drop, Affine):
+            half = Affine(self.drop.offset, 0.5 * self.drop.slope)  # u half(u) integrates the drop
+            mean_pull = Piece(self.start, self.stop, half).pull(Y, scalars)
+            if self.is_first:
+                return mean_pull
+            return mean_pull + (self.lost - self.start * half(self.start)) * scalars.beta0 / (scalars.A * u)
+        if self.vanishes_smoothly:
+            return scalars.beta1 * Y * mean_over_height(self.drop, u)
+        if self.is_first:
+            return scalars.beta0 / scalars.A * mean(self.drop, u)
+        gone = self.lost + (u - self.start) * mean(self.drop, u, self.start)
+        return scalars.beta0 / (scalars.A * u) * gone
 
 
 @dataclass(frozen=True)
@@ -144,6 +184,9 @@ class CohesiveLaw:
         pieces = tuple(Piece(a, b, d) for a, b, d in zip(edges[:-1], edges[1:], drops, strict=True))
         object.__setattr__(self, "pieces", pieces)
         check_law(self)
+        lost = [self._integral(drops, kink) for kink in (0.0, *self.kinks)]
+        pieces = tuple(replace(piece, lost=gone) for piece, gone in zip(pieces, lost, strict=True))
+        object.__setattr__(self, "pieces", pieces)
 
     def _per_piece(self, name: str, shape: Shape | Sequence[Shape]) -> tuple[Shape, ...]:
         count = len(self.kinks) + 1

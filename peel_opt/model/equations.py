@@ -107,6 +107,15 @@ def vertical_load(Theta: Any, Y: Any, scalars: Scalars, piece: Piece) -> Any:
     return scalars.m - scalars.alpha * versine_over(scalars.A, Theta) + piece.pull(Y, scalars)
 
 
+def identity(Y_tip: Any, scalars: Scalars, piece: Piece) -> Any:
+    """p/T0 - Phi(u)/u at the tip, over the amplitude and times beta0; zero by the first integrals of (12).
+
+    p y_tip = Phi(y_tip) has the factor y_tip, of which the states are the zeros whose tip is held
+    to the plate at any pressure.  Without it, they are no solutions.
+    """
+    return scalars.m + piece.mean_pull(Y_tip, scalars)
+
+
 def bending(Theta: Any, nx: Any, ny: Any, scalars: Scalars) -> Any:
     """Theta'' of (12a)."""
     A = scalars.A

@@ -1,4 +1,4 @@
-"""p y_tip = Phi(y_tip), which the two first integrals of (12) demand of every solution."""
+"""What a solution must satisfy beside the equations it was solved with: its certificate."""
 
 from __future__ import annotations
 
@@ -18,27 +18,21 @@ def on_plate(profile: Profile) -> bool:
     return bool(abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max())
 
 
-def certificate(law: CohesiveLaw, profile: Profile, held: bool) -> float:
-    """What a solution misses the identity by.
+def certificate(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> float:
+    """How far a solution misses the equation that follows from those it was solved with.
 
-    Parameters
-    ----------
-    law : CohesiveLaw
-    profile : Profile
-    held : bool
-        Whether a tip on the plate counts as held down to it.
+    The larger of |p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero, and
+    of |theta| at the plate [rad], of (14).  One of them is among the equations, the other is not.
+
+    A rod whose tip is held to the plate satisfies p y_tip = Phi(y_tip) for any p, and it cannot be
+    divided by y_tip: without ``tip_free`` the first is |p y_tip - Phi(y_tip)| / (T0 y0).
     """
-    defect = held_tip_defect if held and on_plate(profile) else first_integral_defect
-    return defect(law, profile.scalars, float(profile.scalars.A * profile.values[0, 0, 4]))
-
-
-def held_tip_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:
-    """|p y_tip - Phi(y_tip)| / (T0 y0), for a rod whose tip is held to the plate.
-
-    The identity holds there for any p and cannot be divided by y_tip.
-    """
-    defect = first_integral_defect(law, scalars, tip_height)
-    return defect * abs(tip_height * scalars.beta1 / scalars.beta0) if scalars.beta0 else defect
+    s = profile.scalars
+    tip, edge = s.A * profile.values[0, 0, 4], s.A * profile.values[-1, -1, 0]
+    defect = first_integral_defect(law, s, float(tip))
+    if not tip_free and s.beta0:
+        defect *= abs(float(tip)) * s.beta1 / s.beta0
+    return max(defect, abs(float(edge)))
 
 
 def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:

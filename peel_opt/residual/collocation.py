@@ -126,22 +126,14 @@ class CollocationDiscretisation(Discretisation):
             inputs = (states[:, mine], curl[:, mine], steps, ca.repmat(tail, 1, m))
             balance, end = self._interval(piece).map(m)(*inputs)
             equations.append(ca.vec(ca.vertcat(balance, end - states[:, after])))
-        Theta, K, nx, ny, _ = ca.vertsplit(states[:, 0])
+        Theta, K, nx, ny, Y = ca.vertsplit(states[:, 0])
         Theta_end, K_end, _, _, Y_end = ca.vertsplit(states[:, -1])
         scalars = Scalars(*ca.vertsplit(tail))
         heights = [scalars.height(states[4, j * m]) for j in range(1, len(self.phases))]
         switches = switch_equations(self.phases, heights)
+        edge = self.edge_equation(Theta_end, Y)
         pinned = [b - QUANTUM * ca.floor(b / QUANTUM + 0.5) for b in (e[1:-1] for e in edges)]
-        return ca.vertcat(Theta + 1, K, nx, ny, *equations, Theta_end, K_end, Y_end, *switches, *pinned)
-
-    @property
-    def angle_row(self) -> int:
-        """Row of Theta(1) = 0."""
-        return 4 + (5 + self.settings.stages) * self.total
-
-    def tip_expression(self) -> ca.MX:
-        """Y(0)."""
-        return self._parts()[0][4, 0]
+        return ca.vertcat(Theta + 1, K, nx, ny, *equations, edge, K_end, Y_end, *switches, *pinned)
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Integrate explicitly from the mesh point before: the stage polynomial is of lower order."""

@@ -6,6 +6,12 @@ method, the unknowns end in the lengths of all phases but the last and in the fo
     x = (fields of the method, phase lengths, A, m, sigma, lambda),
 
 and R has two equations fewer than x has entries: a question adds the other two.
+
+Of the boundary conditions (14) Theta(1) = 0 is not among them where the tip is free.  By the two
+first integrals of (12) it is equivalent to p y_tip = Phi(y_tip), once the other conditions hold,
+and the latter can be divided by y_tip.  What is left is regular where the tip comes back to the
+plate, where Theta(1) = 0 is not: states with the tip held there cross the branch.  The angle at
+the plate is then what tells a solution from a number that only looks like one.
 """
 
 from __future__ import annotations
@@ -24,7 +30,7 @@ import scipy.sparse as sp
 
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
-from ..model.equations import FIELDS, Scalars
+from ..model.equations import FIELDS, Scalars, identity
 from .compiled import Compiled, Pattern, is_dense
 from .kept import keep
 
@@ -164,14 +170,20 @@ class Discretisation(ABC):
     def residual_expression(self) -> ca.MX:
         """R(x), two entries fewer than x."""
 
-    @property
-    @abstractmethod
-    def angle_row(self) -> int:
-        """Row of R that holds Theta(1) = 0."""
+    def edge_equation(self, angle: ca.MX, tip: ca.MX) -> ca.MX:
+        """Theta(1) = 0, or the identity of the first integrals, from which it follows.
 
-    @abstractmethod
-    def tip_expression(self) -> ca.MX:
-        """Y(0)."""
+        Parameters
+        ----------
+        angle, tip : casadi.MX
+            Theta(1) and Y(0).
+        """
+        piece = self.phases[0]
+        if piece.lost is None:
+            return angle
+        Y, s = ca.SX.sym("Y"), ca.SX.sym("s", 4)
+        at_the_tip = identity(Y, Scalars(*ca.vertsplit(s)), piece)
+        return ca.Function("identity", [Y, s], [at_the_tip])(tip, self.x[self.size - 4 :])
 
     @abstractmethod
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
@@ -217,12 +229,6 @@ class Discretisation(ABC):
     def residual(self, x: np.ndarray) -> np.ndarray:
         """R alone, for the price of a few products of a matrix and a vector."""
         return self._residual(x)[0]
-
-    @cached_property
-    def tip_height(self) -> ca.Function:
-        """Compiled x -> (Y(0), dY(0)/dx)."""
-        tip = self.tip_expression()
-        return ca.Function("tip", [self.x], [tip, ca.jacobian(tip, self.x)])
 
     @cached_property
     def _profile_sampler(self) -> Compiled:
@@ -311,6 +317,11 @@ class FixedOrder(Transcription):
     def refined(self) -> Self:
         """Twice as many intervals."""
         return replace(self, intervals=2 * self.intervals)
+
+
+def held(phases: Phases) -> Phases:
+    """Return the same phases for a rod whose tip may be held to the plate."""
+    return tuple(replace(piece, lost=None) for piece in phases)
 
 
 def switch_equations(phases: Phases, heights: Sequence[ca.MX]) -> list[ca.MX]:

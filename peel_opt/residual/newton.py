@@ -198,51 +198,6 @@ def _closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSys
     return ClosedSystem(Compiled(together), Compiled(system), pattern)
 
 
-def correct_contact(problem: Discretisation, x: np.ndarray, rows: Rows) -> Correction:
-    """Solve for the state whose tip touches the plate: m = 0 and Y(0) = 0, with one of ``rows``.
-
-    By the first integrals of (12), y_tip (alpha1 + Phi-terms) = K(1)^2/2 - n_y(1) sin theta(1):
-    where the left side vanishes to second order, the gradient of theta(1) = 0 follows from the
-    other equations.  It is left out; kept, it would make the system singular.
-    """
-
-    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
-        residual, jacobian = (part.full() for part in problem.linearised(x))
-        tip, tip_gradient = (part.full() for part in problem.tip_height(x))
-        values, border = rows(x[-4:])
-        keep = np.arange(len(residual)) != problem.angle_row
-        extra = np.zeros((len(border) + 1, len(x)))
-        extra[:-1, -4:] = border
-        extra[-1, -3] = 1.0
-        matrix = np.vstack([jacobian[keep], tip_gradient, extra])
-        equations = np.concatenate([residual[keep].ravel(), tip.ravel(), values, x[-3:-2]])
-        return equations, lambda: _dense_factors(matrix).solve
-
-    return newton(linearise, x, _block_scale(problem, x))
-
-
-def contact_tangent(
-    problem: Discretisation, x: np.ndarray, initial_slope: float, rows: np.ndarray
-) -> np.ndarray:
-    """Tangent of the branch that ends at a contact ``x``.
-
-    There (12), (14) alone have two tangents, the other being that of states with y_tip = 0 at
-    any pressure.  In place of theta(1) = 0 stands what the first integrals leave of it after
-    division by y_tip: m = -beta1 Y(0) slope/2.  ``rows``, shape (2, 4), are the gradient of
-    the closure and the direction in which the tangent has length 1.
-    """
-    jacobian = problem.linearised(x)[1].full()
-    keep = np.arange(len(jacobian)) != problem.angle_row
-    identity = 0.5 * initial_slope * problem.scalars(x).beta1 * problem.tip_height(x)[1].full()
-    identity[0, -3] += 1.0
-    border = np.zeros((2, len(x)))
-    border[:, -4:] = rows
-    right = np.zeros(len(x))
-    right[-1] = 1.0
-    with one_thread(len(x)):
-        return np.linalg.solve(np.vstack([jacobian[keep], identity, border]), right)
-
-
 def newton(
     linearise: Linearisation,
     x: np.ndarray,

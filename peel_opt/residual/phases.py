@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..model.bond import CohesiveLaw
-from .discretisation import Phases, Profile
+from .discretisation import Phases, Profile, held
 
 #: Excursions past a kink smaller than this (in u = y/y0) are left in their phase: the error
 #: they make goes with the power 3/2.
@@ -17,6 +17,9 @@ EXCURSION = 1e-9
 
 #: An extremum this close to a kink may pass it between two points of a profile.
 GRAZING = 1e-4
+
+#: Share of the greatest height within which a tip may be on the plate.
+ON_PLATE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -27,9 +30,9 @@ class Layout:
     breaks: tuple[float, ...]
 
 
-def layout(law: CohesiveLaw, profile: Profile) -> Layout:
-    """Read the phases of a shape off its heights."""
-    pieces = law.pieces
+def layout(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> Layout:
+    """Read the phases of a shape off its heights; its tip may be held to the plate if not ``tip_free``."""
+    pieces = law.pieces if tip_free else held(law.pieces)
     if len(pieces) == 1:
         return Layout(pieces, ())
     xi, u = heights_with_extrema(profile)
@@ -44,6 +47,15 @@ def layout(law: CohesiveLaw, profile: Profile) -> Layout:
         sequence.append(pieces[after])
         breaks.append(where)
     return Layout(tuple(sequence), tuple(breaks))
+
+
+def holds_its_tip(law: CohesiveLaw, profile: Profile) -> bool:
+    """Whether a solution has its tip on the plate at a pressure that would lift a free one."""
+    s, heights = profile.scalars, profile.values[:, :, 4]
+    if s.beta0 == 0.0 or abs(heights[0, 0]) > ON_PLATE * np.abs(heights).max():
+        return False
+    extra = s.alpha1 / s.beta0
+    return abs(extra + law.mean_drop(float(s.height(heights[0, 0])))) > 0.1 * abs(extra) + 1e-7
 
 
 def fits(profile: Profile, phases: Phases) -> bool:

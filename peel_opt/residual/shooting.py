@@ -115,21 +115,13 @@ class ShootingDiscretisation(Discretisation):
             first = states[:, j * m : (j + 1) * m]
             arrived = advance(first, ca.repmat(length / m, 1, m), ca.repmat(tail, 1, m))
             defects.append(ca.vec(arrived - states[:, j * m + 1 : (j + 1) * m + 1]))
-        Theta, K, nx, ny, _ = ca.vertsplit(states[:, 0])
+        Theta, K, nx, ny, Y = ca.vertsplit(states[:, 0])
         Theta_end, K_end, _, _, Y_end = ca.vertsplit(states[:, -1])
         scalars = Scalars(*ca.vertsplit(tail))
         heights = [scalars.height(states[4, j * m]) for j in range(1, len(self.phases))]
         switches = switch_equations(self.phases, heights)
-        return ca.vertcat(Theta + 1, K, nx, ny, *defects, Theta_end, K_end, Y_end, *switches)
-
-    @property
-    def angle_row(self) -> int:
-        """Row of Theta(1) = 0."""
-        return 4 + 5 * (self.nodes - 1)
-
-    def tip_expression(self) -> ca.MX:
-        """Y(0)."""
-        return self._states()[0][4, 0]
+        edge = self.edge_equation(Theta_end, Y)
+        return ca.vertcat(Theta + 1, K, nx, ny, *defects, edge, K_end, Y_end, *switches)
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Integrate from the node before each point, as accurately as the defects are."""

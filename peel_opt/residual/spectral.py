@@ -156,22 +156,13 @@ class SpectralDiscretisation(Discretisation):
         return self._expressions(gradients=False)
 
     def residual_expression(self) -> ca.MX:
-        """(12a) at the nodes, K(1) = 0, Theta(1) = 0, y = y0 at the switches."""
+        """(12a) at the nodes, K(1) = 0, the equation at the edge, y = y0 at the switches."""
         return self._fields.residual()
 
     def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
         """Return the residual and its Jacobian, by matrix products instead of column by column."""
         fields = self._expressions(gradients=True)
         return fields.residual(), fields.jacobian()
-
-    @property
-    def angle_row(self) -> int:
-        """Row of Theta(1) = 0."""
-        return self.field_count + 1
-
-    def tip_expression(self) -> ca.MX:
-        """Y(0)."""
-        return self._fields.Y_tip
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields at the same local coordinates in every phase."""

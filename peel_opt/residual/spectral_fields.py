@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from ..model.bond import Piece
-from ..model.equations import Scalars, bending, sin_over, vertical_load
+from ..model.equations import Scalars, bending, identity, sin_over, vertical_load
 from .compiled import product
 from .discretisation import Phases, switch_equations
 
@@ -94,6 +94,10 @@ class SpectralFields:
         self.load = self._pointwise(vertical_load, Theta, self.Y[:n])
         self.ny = integration.of(self.load.values)
         self.bend = self._pointwise(_bend, Theta, self.rise[:n], self.ny[:n])
+        #: In place of Theta(1) = 0 where the tip is free.
+        self.free = phases[0].lost is not None
+        tip_phase = phases[:1] if self.free else ()
+        self.identity = _field(identity, tip_phase, 1, (self.Y_tip,), tail, gradients)
         #: u = y/y0 at the switches.
         self.heights = _field(_height, phases[:-1], 1, (self.Y[n:-1],), tail, gradients)
         self.switches = len(phases) - 1
@@ -104,9 +108,10 @@ class SpectralFields:
         return _field(function, self.phases, n // len(self.phases), arguments, self.tail, self._gradients)
 
     def residual(self) -> ca.MX:
-        """(12a) at the nodes, K(1) = 0, Theta(1) = 0, y = y0 at the switches."""
+        """(12a) at the nodes, K(1) = 0, the equation at the edge, y = y0 at the switches."""
         switches = switch_equations(self.phases, ca.vertsplit(self.heights.values) if self.switches else [])
-        return ca.vertcat(self.curl - self.bend.values, self.K[-1], self.Theta[-1], *switches)
+        edge = self.identity.values if self.free else self.Theta[-1]
+        return ca.vertcat(self.curl - self.bend.values, self.K[-1], edge, *switches)
 
     def jacobian(self) -> ca.MX:
         """Gradient of `residual` with respect to curl, the free phase lengths and the scalars."""
@@ -127,8 +132,11 @@ class SpectralFields:
         by_Theta, by_rise, by_ny, by_tail = self.bend.rates
         dbend = _scaled(by_rise, drise[:n, :]) + _scaled(by_ny, dny)
         dbend += ca.horzcat(_scaled(by_Theta, shape), by_tail)
-        identity = ca.densify(ca.DM(np.eye(n, width)))
-        rows = [identity - dbend, dK[-1, :], dTheta[-1, :]]
+        edge = dTheta[-1, :]
+        if self.free:
+            by_Y, by_tail = self.identity.rates
+            edge = _scaled(by_Y, -drise[-1, :]) + ca.horzcat(np.zeros((1, width - 4)), by_tail)
+        rows = [ca.densify(ca.DM(np.eye(n, width))) - dbend, dK[-1, :], edge]
         if self.switches:
             by_Y, by_tail = self.heights.rates
             no_shape = np.zeros((self.switches, width - 4))
