@@ -14,9 +14,9 @@ from __future__ import annotations
 import threading
 from bisect import insort
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 
@@ -203,6 +203,36 @@ class PrimaryBranch:
         heights = there.scalars.A * there.profile.values[:, :, 4]
         return bool(heights.min() < -BELOW * np.abs(heights).max())
 
+    def _walk_back(self, given: Closure) -> None:
+        """Walk from the first point towards T0, as far as a question asks: without T there is no beginning.
+
+        Raises
+        ------
+        NotConverged
+            If the branch is lost before.
+        """
+        if not self.points or self.family.law.initial_slope > 0.0:
+            return
+        sought = {"pressure": lambda s: s.pressure_ratio, "length": lambda s: s.sigma}.get(given.kind)
+        if sought is None or (given.kind == "pressure" and given.value >= 1.0):
+            return
+        with self._lock:
+            first = self.points[0]
+            back = self.family.point(first.problem, first.x, -first.direction, 0.0, first.iterations)
+            steps = islice(self.family.walk(back), 1, self.longest)
+            while sought(self.points[0].scalars) < given.value:
+                before = next(steps, None)
+                if before is None:
+                    raise NotConverged(
+                        f"the branch was followed back to p/T0 = {self.points[0].scalars.pressure_ratio:.12g},"
+                        f" sbar/eta = {self.points[0].scalars.sigma:.6g} only.",
+                        remedy="Ask for a state further from p = T0.",
+                    )
+                start = first.arclength - before.arclength
+                turned = replace(before, tangent=-before.tangent, arclength=start)
+                self._insert_folds(turned, self.points[0])
+                self.points.insert(0, turned)
+
     @property
     def _is_rod(self) -> bool:
         return self.family.closure.kind == "ratio"
@@ -251,6 +281,7 @@ class PrimaryBranch:
 
     def candidates(self, given: Closure) -> list[Candidate]:
         """All states that answer a question on the part walked so far, from T on."""
+        self._walk_back(given)
         return crossings(self.family, self.points, given, self.state_at)
 
 
