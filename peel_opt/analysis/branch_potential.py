@@ -109,6 +109,11 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
     (-0.239053836, True)
     """
     lam, alpha1, beta0 = branch_arrays(branch)
+    if len(getattr(branch, "pieces", (slice(None),))) > 1:
+        raise InvalidInput(
+            "this branch leaves its window of lambda and comes back, with a gap between.",
+            remedy="Trace it with a window that holds T and the fold.",
+        )
     if np.ptp(beta0) > 1e-9 * beta0.max():
         raise InvalidInput(
             f"beta0 runs from {beta0.min():g} to {beta0.max():g} along this branch.",

@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from ..base.arrays import Columns
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..continuation.family import Family
-from ..equilibria.assembly import discretised, law_of, transcription_from, walked
+from ..equilibria.assembly import discretised, law_of, transcription_of, walked
 from ..equilibria.branch import Branch, require_branch
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
@@ -139,10 +139,10 @@ def energies(branch: Branch) -> Energies:
     if require_branch(branch).hold != "ratio" or branch.A[0] != 0.0 or branch.solutions is None:
         raise InvalidInput(
             "energies are counted from T on, along the branch of one rod.",
-            remedy="Use trace(rod), under a law whose first piece is straight.",
+            remedy="Use trace(rod), under a law that is smooth at u = 0.",
         )
     law = law_of(branch)
-    family = Family(law, transcription_from(branch.solutions.transcription), Closure("ratio", branch.held))
+    family = Family(law, transcription_of(branch), Closure("ratio", branch.held))
     rows = []
     for i, tangent in enumerate(branch.solutions.tangents):
         problem, x = discretised(branch, i)

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.errors import InvalidInput, NotConverged
 from ..continuation.family import Family
 from ..continuation.points import Point, arclength_between
-from ..equilibria.assembly import law_of, transcription_from, walked
+from ..equilibria.assembly import law_of, transcription_of, walked
 from ..equilibria.branch import Branch, require_branch
 from ..residual.arclength import chart
 from ..residual.closures import Closure
@@ -57,14 +57,12 @@ def describe(found: Stability) -> str:
 
 
 def with_index(branch: Branch) -> Branch:
-    """Return the branch with the number of unstable directions at fixed pressure at each point.
-
-    Flutter counts as two: a complex pair grows.
-    """
+    """Return the branch with the index and the number of fluttering pairs at each point."""
     if branch.index is not None:
         return branch
     found = [stability(branch, i) for i in range(len(branch))]
-    return replace(branch, index=np.array([s.index + 2 * s.flutter for s in found]))
+    index, flutter = np.array([(s.index, s.flutter) for s in found], dtype=int).reshape(-1, 2).T
+    return replace(branch, index=index, flutter=flutter)
 
 
 def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
@@ -95,9 +93,7 @@ def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
         raise InvalidInput(
             "stability changes are located along the branch of a rod.", remedy="Use trace(rod)."
         )
-    family = Family(
-        law_of(branch), transcription_from(branch.solutions.transcription), Closure("ratio", branch.held)
-    )
+    family = Family(law_of(branch), transcription_of(branch), Closure("ratio", branch.held))
     return tuple(
         change
         for low, high in pairwise(_known(family, walked(branch)))

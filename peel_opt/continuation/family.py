@@ -29,6 +29,9 @@ FAR = 10.0
 
 EPS = float(np.finfo(float).eps)
 
+#: Relative distance of lambda at a transition from (18) that is put down to rounding.
+EXACT = 1e-11
+
 #: Angle at the plate [rad] above which a solution is not one of (14), on the coarsest mesh.
 FLAT = 0.05
 
@@ -272,4 +275,6 @@ def transition(family: Family, mode: int = 1) -> Point:
             remedy="Try a finer transcription.",
         )
     result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
+    if abs(result.x[-1] - lam) < EXACT * (1.0 + abs(lam)):
+        result.x[-1] = lam
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

@@ -30,7 +30,7 @@ from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
 from .family import Family, StepControl, transition
 from .points import Landed, Point
-from .special import FOLDS, Located, locate, tip
+from .special import CONTACT, FOLDS, Located, locate, located, tip
 
 #: Transcription of the walk; answers are solved again by the method asked for.
 PATH = Spectral(nodes=16)
@@ -143,6 +143,7 @@ class PrimaryBranch:
     longest: int = 400
     points: list[Point] = field(default_factory=list)
     folds: list[Located] = field(default_factory=list)
+    contact: Located | None = None
     ended: str = ""
     _walk: Iterator[Point] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -161,6 +162,7 @@ class PrimaryBranch:
                 self._walk, self.ended = None, ""
                 self.points.clear()
                 self.folds.clear()
+                self.contact = None
                 raise
 
     def _start(self) -> Iterator[Point]:
@@ -184,7 +186,8 @@ class PrimaryBranch:
             self.ended = "stalled"
             return
         if self.side > 0 and s.A > 1.0 and self.family.tip_free and tip(there) < 0.0:
-            there, self.ended = self.family.turning_point(here, there, tip)[0], "contact"
+            self.contact = located(self.family, here, there, *CONTACT)
+            there, self.ended = self.contact.point, "contact"
         elif self._strays(here, there):
             self.ended = "stalled"
             return
@@ -223,9 +226,10 @@ class PrimaryBranch:
             while sought(self.points[0].scalars) < given.value:
                 before = next(steps, None)
                 if before is None:
+                    s = self.points[0].scalars
                     raise NotConverged(
-                        f"the branch was followed back to p/T0 = {self.points[0].scalars.pressure_ratio:.12g},"
-                        f" sbar/eta = {self.points[0].scalars.sigma:.6g} only.",
+                        f"the branch was followed back to p/T0 = {s.pressure_ratio:.12g},"
+                        f" sbar/eta = {s.sigma:.6g} only.",
                         remedy="Ask for a state further from p = T0.",
                     )
                 start = first.arclength - before.arclength

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ..residual.closures import Plane
 from ..residual.phases import heights_with_extrema
 from ..residual.shape import sample_shape
 from .family import FOLD_WIDTH, Family
@@ -77,13 +79,17 @@ FOLDING: dict[str, Callable[[Point], float]] = {
     "LP-lambda": lambda p: p.scalars.lam,
 }
 
+#: Arclength over which the rate of a monitor is taken.
+ASIDE = 1e-3
+
 #: How often an interval is cut in search of two folds that lie close together.
 CUTS = 4
 
 #: Share of the rates at its ends down to which an interval is not looked into.
 DIP = 0.3
 
-TIP: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
+BRANCH_POINT: tuple[str, Monitor] = ("BP", lambda p: p.scalars.A)
+CONTACT: tuple[str, Monitor] = ("contact", tip)
 
 #: The folds of a family, by the closure that stays fixed along it.
 FOLDS: dict[str, tuple[tuple[str, Monitor], ...]] = {
@@ -98,16 +104,42 @@ FOLDS: dict[str, tuple[tuple[str, Monitor], ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """A special point: its kind, the solution there, and the arclengths between which it lies."""
+    """A special point: its kind, the solution there, the arclengths between which it lies, what vanishes."""
 
     kind: str
     point: Point
     bracket: tuple[float, float]
+    monitor: Monitor
 
     @property
     def status(self) -> str:
         """Say "located" if the bracket is as narrow as asked for, else "bracketed"."""
         return "located" if self.bracket[1] - self.bracket[0] <= 10.0 * FOLD_WIDTH else "bracketed"
+
+
+def located(family: Family, here: Point, there: Point, kind: str, monitor: Monitor) -> Located:
+    """Find the special point between two points on both sides of it."""
+    return Located(kind, *family.turning_point(here, there, monitor), monitor)
+
+
+def place_error(family: Family, found: Located) -> float:
+    """How far a special point may be from its place, along the branch.
+
+    On the branch of a finer mesh its monitor does not vanish quite there: what is left, over the
+    rate of the monitor along the branch, is the distance.  nan where that cannot be said: the
+    monitor of a self-contact has no rate.
+    """
+    finer = replace(family, transcription=family.transcription.refined())
+    point, monitor = found.point, found.monitor
+    again = finer.solve(point.profile, Plane.across(point.place, point.direction))
+    aside = family.step(point, ASIDE)
+    if again is None or aside is None:
+        return math.nan
+    same = finer.point(again[0], again[1].x, point.direction, 0.0, 0)
+    rate = abs(monitor(aside) - monitor(point)) / ASIDE
+    left = abs(monitor(same) - monitor(point)) + abs(monitor(point))
+    shift = left / rate if found.kind != "self-contact" and rate > 0.0 else math.nan
+    return shift * (1.0 + 1.0 / family.transcription.sure_gain) + found.bracket[1] - found.bracket[0]
 
 
 def locate(
@@ -121,15 +153,15 @@ def locate(
             if values[i] * values[i + 1] > 0.0 and kind in FOLDING:
                 middle = _between_folds(family, here, there, monitor, FOLDING[kind])
                 if middle is not None:
-                    found.append(Located(kind, *family.turning_point(here, middle, monitor)))
-                    found.append(Located(kind, *family.turning_point(middle, there, monitor)))
+                    found.append(located(family, here, middle, kind, monitor))
+                    found.append(located(family, middle, there, kind, monitor))
             if values[i] * values[i + 1] >= 0.0:
                 continue
             same = (p.point for p in found if p.kind == kind)
             between = (p for p in same if here.arclength < p.arclength < there.arclength)
             if any(abs(monitor(point)) < SAME for point in between):
                 continue  # the tip is the highest place
-            found.append(Located(kind, *family.turning_point(here, there, monitor)))
+            found.append(located(family, here, there, kind, monitor))
     return sorted(found, key=lambda p: p.point.arclength)
 
 

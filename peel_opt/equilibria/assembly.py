@@ -6,6 +6,7 @@ import ast
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..continuation.fill import point_errors
 from ..continuation.points import Point
-from ..continuation.special import Located
+from ..continuation.special import Located, place_error
 from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.law_samples import agree
@@ -95,20 +96,21 @@ def _shortest_cube(root: float) -> float:
 
 
 def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
-    """Join walked sides into one branch: those with sign -1 reversed, then the others.
+    """Join walked parts into one branch: those with sign -1 reversed, last first, then the others.
 
-    Sides that start at the same point share it.
+    The two sides of a branch share the point they start at.
     """
+    against = [part for part in parts if part.sign < 0]
+    along = [part for part in parts if part.sign > 0]
     ordered: list[tuple[Part, Point]] = []
-    for part in parts:
-        if part.sign < 0:
-            shared = part is not parts[-1]
-            ordered += [(part, p) for p in reversed(part.points[shared:])]
-        else:
-            ordered += [(part, p) for p in part.points]
+    for part in reversed(against):
+        shared = part.points[0].arclength == 0.0 and along and along[0].points[0].arclength == 0.0
+        ordered += [(part, p) for p in reversed(part.points[bool(shared) :])]
+    ordered += [(part, p) for part in along for p in part.points]
     family = parts[-1].family
     points = [p for _, p in ordered]
     hold = next(name for name, kind in HOLDS.items() if kind == family.closure.kind)
+    error = point_errors(family, points).total
     starts = [piece.start for piece in family.law.pieces]
     return Branch(
         law=family.law.name,
@@ -117,9 +119,9 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
         rod=rod,
         **_columns(points, family),
         arclength=np.array([part.sign * p.arclength for part, p in ordered]),
-        error=point_errors(family, points).total,
+        error=error,
         state=np.array([part.label(p.arclength) for part, p in ordered]),
-        special_points=_special_points(parts, ordered),
+        special_points=_special_points(parts, ordered, error),
         ended=ended,
         options=dict(options),
         solutions=Solutions(
@@ -130,6 +132,7 @@ def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[s
             unknowns=tuple(p.x for p in points),
             tangents=tuple(p.tangent for p in points),
             law=family.law,
+            mesh=family.transcription,
         ),
     )
 
@@ -152,28 +155,38 @@ def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
     }
 
 
-def _special_points(parts: Sequence[Part], ordered: list[tuple[Part, Point]]) -> tuple[SpecialPoint, ...]:
+def _special_points(
+    parts: Sequence[Part], ordered: list[tuple[Part, Point]], errors: np.ndarray
+) -> tuple[SpecialPoint, ...]:
     """Describe all special points in the order of the branch."""
     place = {id(p): i for i, (_, p) in enumerate(ordered)}
+
+    def described(s: Located, error: float) -> SpecialPoint:
+        return describe(s.kind, s.status, s.bracket, place[id(s.point)], s.point.scalars, error)
+
     found = [
-        describe(s.kind, s.status, s.bracket, place[id(s.point)], s.point.scalars)
+        described(s, float(errors[place[id(s.point)]]) + place_error(part.family, s))
         for part in parts
         for s in part.specials
     ]
-    start = parts[-1].points[0]
-    if start.scalars.A == 0.0:
-        found.append(describe("BP", "located", (0.0, 0.0), place[id(start)], start.scalars))
-    last = parts[-1]
-    if last.ended == "contact":
-        end = last.points[-1]
-        found.append(describe("contact", "located", (end.arclength,) * 2, place[id(end)], end.scalars))
+    start = next((p for _, p in ordered if p.scalars.A == 0.0), None)
+    if start is not None:
+        error = float(errors[place[id(start)]])
+        found.append(describe("BP", "located", (0.0, 0.0), place[id(start)], start.scalars, error))
     return tuple(sorted(found, key=lambda p: p.index))
 
 
-def describe(kind: str, status: str, bracket: tuple[float, float], index: int, s: Scalars) -> SpecialPoint:
+def describe(
+    kind: str,
+    status: str,
+    bracket: tuple[float, float],
+    index: int,
+    s: Scalars,
+    error: float = math.nan,
+) -> SpecialPoint:
     """Return a special point with the numbers of its solution."""
     P = s.pressure_ratio if s.beta0 else math.nan
-    return SpecialPoint(kind, status, bracket, index, s.beta0, s.lam, s.alpha1, P, s.sigma)
+    return SpecialPoint(kind, status, bracket, index, s.beta0, s.lam, s.alpha1, P, s.sigma, error)
 
 
 #: How pieces of a law are counted in texts: from "0" on, through ASCII.
@@ -242,7 +255,7 @@ def discretised(branch: Branch, i: int) -> tuple[Discretisation, np.ndarray]:
     phases = tuple(pieces[ord(digit) - FIRST] for digit in branch.solutions.phases[i])
     if not tip_is_free(branch):
         phases = held(phases)
-    return transcription_from(branch.solutions.transcription).discretise(phases), branch.solutions.unknowns[i]
+    return transcription_of(branch).discretise(phases), branch.solutions.unknowns[i]
 
 
 def walked(branch: Branch) -> list[Point]:
@@ -253,7 +266,21 @@ def walked(branch: Branch) -> list[Point]:
     return [Point(problem, x, tangent, arclength, 0) for (problem, x), tangent, arclength in together]
 
 
-def transcription_from(text: str) -> Transcription:
+def transcription_of(branch: Branch) -> Transcription:
+    """Return the transcription a branch was traced with.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch comes from a file and the transcription was the user's own.
+    """
+    if branch.solutions is None:
+        raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
+    return branch.solutions.mesh or _transcription_from(branch.solutions.transcription)
+
+
+@lru_cache(maxsize=32)
+def _transcription_from(text: str) -> Transcription:
     """Read a transcription back from its ``repr``, without evaluating it."""
     try:
         call = ast.parse(text, mode="eval").body
@@ -262,7 +289,10 @@ def transcription_from(text: str) -> Transcription:
         settings = {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}
         return _TRANSCRIPTIONS[call.func.id](**settings)
     except (SyntaxError, AssertionError, KeyError, TypeError, ValueError) as error:
-        raise InvalidInput(f"unknown transcription {text!r}.") from error
+        raise InvalidInput(
+            f"the transcription {text!r} is none of the package's, and not stored with its branch.",
+            remedy="Trace it again.",
+        ) from error
 
 
 def require_identity(branch: Branch, within: float) -> None:

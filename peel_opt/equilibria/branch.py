@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,8 +68,10 @@ class Branch:
     options : dict
         What the trace was asked for.
     index : ndarray or None
-        Number of unstable directions at fixed pressure, a fluttering pair as two, where it has
-        been computed: see `with_stability`.
+        Number of negative real eigenvalues at fixed pressure, as ``stability(branch[i]).index``,
+        where it has been computed: see `with_stability`.
+    flutter : ndarray or None
+        Number of fluttering pairs of eigenvalues, as ``stability(branch[i]).flutter``.
     """
 
     law: str
@@ -91,12 +94,14 @@ class Branch:
     options: dict[str, Any] = field(default_factory=dict)
     solutions: Solutions | None = field(default=None, repr=False)
     index: np.ndarray | None = None
+    flutter: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "state"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
-        if self.index is not None:
-            object.__setattr__(self, "index", read_only(self.index))
+        for name in ("index", "flutter"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, read_only(getattr(self, name)))
 
     # --- numbers along the branch -------------------------------------------------------
 
@@ -162,6 +167,23 @@ class Branch:
         """Where the state is not one of a rod on a plate: y < 0, alpha1 > 0."""
         return self.state == "spurious"
 
+    @property
+    def unstable(self) -> np.ndarray | None:
+        """Where a small motion grows at fixed pressure; None where that has not been computed."""
+        if self.index is None or self.flutter is None:
+            return None
+        unstable: np.ndarray = (self.index > 0) | (self.flutter > 0)
+        return unstable
+
+    @property
+    def pieces(self) -> tuple[slice, ...]:
+        """Stretches without a gap: several where a branch leaves its window of lambda and comes back."""
+        borders = self.options.get("lam", ())
+        at_border = np.isin(self.lam, borders)
+        again = np.flatnonzero((self.lam[:-1] == self.lam[1:]) & at_border[:-1]) + 1
+        edges = [0, *again.tolist(), len(self)]
+        return tuple(slice(a, b) for a, b in pairwise(edges))
+
     # --- points -------------------------------------------------------------------------
 
     def __len__(self) -> int:
@@ -190,8 +212,9 @@ class Branch:
                 unknowns=tuple(solutions.unknowns[i] for i in rows),
                 tangents=tuple(solutions.tangents[i] for i in rows),
             )
-        index = None if self.index is None else self.index[which]
-        return replace(self, **columns, special_points=kept, solutions=solutions, index=index, ended="slice")
+        columns["index"] = None if self.index is None else self.index[which]
+        columns["flutter"] = None if self.flutter is None else self.flutter[which]
+        return replace(self, **columns, special_points=kept, solutions=solutions, ended="slice")
 
     def special(self, kind: str) -> tuple[SpecialPoint, ...]:
         """Special points of one kind, in order along the branch; none where the branch has none of them.
@@ -215,7 +238,7 @@ class Branch:
         return draw(self, ax, x=x, y=y)
 
     def with_stability(self) -> Branch:
-        """Return the branch with ``index`` computed, where it carries its solutions."""
+        """Return the branch with ``index`` and ``flutter`` computed, where it carries its solutions."""
         if self.index is not None or self.solutions is None:
             return self
         from ..analysis.stability_along import with_index

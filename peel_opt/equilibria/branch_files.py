@@ -7,6 +7,7 @@ take it up again the law is given, and must be the one that was sampled.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields
 from itertools import pairwise
@@ -24,7 +25,7 @@ from .branch_parts import Solutions, SpecialPoint, Trivial
 from .storage import Units, rod_from
 
 SCHEMA = "peel_opt branch"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 #: Some 40 000 points of three phases each, in bytes.
 LARGEST = 512_000_000
@@ -59,8 +60,9 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
         If the path cannot be written.
     """
     arrays: dict[str, Any] = {name: getattr(branch, name) for name in (*COLUMNS, "state")}
-    if branch.index is not None:
-        arrays["index"] = branch.index
+    for name in ("index", "flutter"):
+        if getattr(branch, name) is not None:
+            arrays[name] = getattr(branch, name)
     if branch.trivial is not None:
         arrays["trivial.lam"] = branch.trivial.lam
     if branch.solutions is not None:
@@ -117,8 +119,9 @@ def _csv_columns(branch: Branch) -> dict[str, np.ndarray]:
     columns |= {name: getattr(branch, name) for name in _PLAIN}
     columns |= {"tip_angle [rad]": branch.tip_angle, "tip_height_over_y0": branch.tip_u}
     columns |= {name: getattr(branch, name) for name in ("arclength", *_CHECKS, "state")}
-    if branch.index is not None:
-        columns["index"] = branch.index
+    for name in ("index", "flutter"):
+        if getattr(branch, name) is not None:
+            columns[name] = getattr(branch, name)
     return columns
 
 
@@ -158,7 +161,7 @@ def _array(arrays: dict[str, np.ndarray], name: str, kind: str, count: int | Non
 
 
 def _restore(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Branch:
-    require_schema(head, SCHEMA, SCHEMA_VERSION)
+    require_schema(head, SCHEMA, 1 if head["schema_version"] == 1 else SCHEMA_VERSION)
     for name in _TEXTS:
         if not isinstance(head[name], str):
             raise ValueError(f"{name} is no text")
@@ -182,8 +185,24 @@ def _restore(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Branch:
         special_points=tuple(_specials(head["special_points"], count)),
         trivial=trivial,
         solutions=_solutions(head, arrays, count) if "phases" in arrays else None,
-        index=_array(arrays, "index", "i", count) if "index" in arrays else None,
+        **_stability(arrays, count, head["schema_version"]),
     )
+
+
+def _stability(arrays: dict[str, np.ndarray], count: int, version: int) -> dict[str, Any]:
+    """Return index and flutter.
+
+    In version 1 a pair that flutters counted as two in the index.  Where that cannot be told from
+    two negative eigenvalues, both are left to be computed again.
+    """
+    if "index" not in arrays:
+        return {"index": None, "flutter": None}
+    index = _array(arrays, "index", "i", count)
+    if version > 1:
+        return {"index": index, "flutter": _array(arrays, "flutter", "i", count)}
+    if (index > 1).any():
+        return {"index": None, "flutter": None}
+    return {"index": index, "flutter": np.zeros_like(index)}
 
 
 def _solutions(head: dict[str, Any], arrays: dict[str, np.ndarray], count: int) -> Solutions:
@@ -204,7 +223,8 @@ _NUMBERS = tuple(f.name for f in fields(SpecialPoint) if f.name not in ("kind", 
 
 
 def _specials(stored: Any, count: int) -> Iterator[SpecialPoint]:
-    for entry in stored:
+    for point in stored:
+        entry = {"error": math.nan} | point  # which version 1 did not have
         low, high = entry["bracket"]
         numbers = [low, high, *(entry[name] for name in _NUMBERS)]
         texts = [entry["kind"], entry["status"]]

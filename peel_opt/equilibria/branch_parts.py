@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..base.arrays import Columns, read_only
 from ..model.bond import CohesiveLaw
+from ..residual.discretisation import Transcription
 
 #: Kinds of special points.
 SPECIAL_KINDS = (
@@ -34,10 +36,14 @@ class SpecialPoint:
         the plate), "self-contact" (the rod meets itself).
     status : {"located", "bracketed", "exact"}
     bracket : tuple of float
-        Arclengths between which it lies.
+        Arclengths between which it lies on the branch as it is discretised.
     index : int
         Position in the arrays of the branch.
     beta0, lam, alpha1, pressure_ratio, length_ratio : float
+    error : float
+        How far it may be from its place on the exact branch, in the metric of the arclength: what a
+        finer mesh moves it by, along the branch and across, with the bracket and rounding.  At a fold
+        the number that folds is better than that by far, the others are not.  nan if it is not known.
     """
 
     kind: str
@@ -49,6 +55,7 @@ class SpecialPoint:
     alpha1: float
     pressure_ratio: float
     length_ratio: float
+    error: float = math.nan
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,6 +91,8 @@ class Solutions:
         Missing where the branch was read from a file.
     law_samples : tuple of float
         What a law must give to be that of a file; empty in files that do not say.
+    mesh : Transcription, optional
+        The transcription itself; missing where the branch was read from a file.
     """
 
     transcription: str
@@ -92,6 +101,7 @@ class Solutions:
     tangents: tuple[np.ndarray, ...]
     law: CohesiveLaw | None = None
     law_samples: tuple[float, ...] = ()
+    mesh: Transcription | None = None
 
     def __post_init__(self) -> None:
         for name in ("unknowns", "tangents"):

@@ -3,35 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..base.checks import positive, whole
-from ..base.errors import InvalidInput, NotConverged
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..continuation.family import Family, StepControl
-from ..continuation.points import Point
-from ..continuation.special import FOLDS, RANGE, locate
+from ..continuation.points import Point, arclength_between
+from ..continuation.primary import primary_branch
+from ..continuation.special import BRANCH_POINT, CONTACT, FOLDS, RANGE, Located, locate, located, tip
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.named_laws import law_named
 from ..residual.arclength import chart
 from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
+from ..residual.phases import holds_its_tip
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
 from .assembly import Part, assemble, closure_for, discretised, law_of, require_identity, under_law
 from .branch import Branch
 from .posed import known_law
 from .result import Equilibrium
-from .trace import asked_at, landings
+from .trace import asked_at, require_met, with_asked
+
+#: Height of a tip over the amplitude, and share of T0 above T0, that are put down to rounding.
+LIFTED = 1e-9
 
 
 class Walk(Iterator[Scalars]):
     """A walk along a curve of equilibria on which one quantity stays the same.
 
-    Iterating takes a step and returns the four scalars there; what has been walked is kept,
-    so that an interrupted walk loses nothing: `branch` turns it into a `Branch` at any time.
+    The walk goes on through T, where the straight rod branches off, and ends where the tip comes
+    down on the plate.  Iterating takes a step and returns the four scalars there; what has been
+    walked is kept, so that an interrupted walk loses nothing: `branch` turns it into a `Branch` at
+    any time.
 
     Parameters
     ----------
@@ -50,6 +58,8 @@ class Walk(Iterator[Scalars]):
     ------
     InvalidInput
         If the start carries no shape, or the quantity cannot be held.
+    NoEquilibrium
+        If the start is a branch that ended at the contact.
     NotConverged
         If the start is not on a branch to the accuracy of the transcription.
 
@@ -83,11 +93,17 @@ class Walk(Iterator[Scalars]):
         if isinstance(start, Branch) and law is not None:
             start = under_law(start, law)
         self.rod = start.rod if hold == "ratio" else None  # else the rod changes along the walk
+        if isinstance(start, Branch) and start.hold == hold and _is_contact(start):
+            raise NoEquilibrium(
+                "the branch ended at the contact: beyond it the tip would be under the plate.",
+                remedy="Follow from one of its points instead, as branch[i].",
+            )
         chosen = law or _law_of(start)
         profile, forward = _start_of(start)
         value = held_at(profile.scalars, hold)
         mesh = Spectral(nodes=24) if transcription is None else require_transcription(transcription)
-        self.family = Family(chosen, mesh, closure_for(hold, value))
+        tip_free = not holds_its_tip(chosen, profile)
+        self.family = Family(chosen, mesh, closure_for(hold, value), tip_free=tip_free)
         anchor = "length_ratio" if hold != "beta0" else "tip_angle"
         solved = None
         for name in (anchor, "tip_angle", "length_ratio"):
@@ -101,15 +117,18 @@ class Walk(Iterator[Scalars]):
         where = direction * np.array([1.0, 0.3, 0.2, 0.1]) if forward is None else forward
         self.points: list[Point] = []
         self.ended = ""
-        self._stalled = False
         first = self.family.point(problem, result.x, where, 0.0, result.iterations)
         self._steps = self.family.walk(first, step or StepControl())
+        self._contact: Located | None = None
 
     def __next__(self) -> Scalars:
-        point = next(self._steps, None)
+        point = next(self._steps, None) if not self.ended else None
         if point is None:
-            self._stalled = True
+            self.ended = self.ended or "stalled"
             raise StopIteration
+        if self.points and self.family.tip_free and tip(self.points[-1]) > LIFTED > -LIFTED > tip(point):
+            self._contact = located(self.family, self.points[-1], point, *CONTACT)
+            point, self.ended = self._contact.point, "contact"
         self.points.append(point)
         return point.scalars
 
@@ -117,14 +136,40 @@ class Walk(Iterator[Scalars]):
         """Return what has been walked as a `Branch`, with points at asked-for values."""
         if not self.points:
             next(self, None)
-        monitors = FOLDS[self.family.closure.kind] + (RANGE if self.points[0].scalars.sigma > 0.0 else ())
+        monitors = (BRANCH_POINT, *FOLDS[self.family.closure.kind])
+        if self.points[0].scalars.sigma > 0.0:
+            monitors += RANGE
         found = locate(self.family, self.points, monitors)
-        extra = [f.point for f in found]
-        for name, asked in asked_at(at):
-            extra += landings(self.family, self.points, name, asked)
-        points = sorted(self.points + extra, key=lambda p: p.arclength)
-        part = Part(self.family, points, found, lambda _: "other", "stalled" if self._stalled else "limit")
+        if self._contact is not None:
+            found.append(self._contact)
+        asked = asked_at(at)
+        points, specials, met = with_asked(self.family, self.points, found, asked)
+        require_met(asked, met)
+        labels = labels_on_branch(self.family, points)
+        part = Part(self.family, points, specials, labels.__getitem__, self.ended or "limit")
         return assemble([part], self.rod, part.ended, {})
+
+
+def labels_on_branch(family: Family, points: Sequence[Point]) -> dict[float, str]:
+    """Name the states along a curve, by arclength, as on the branch from T.
+
+    They have the names that `trace` gives them where the curve is the one it traces: of one rod, or
+    at one beta0.  All others are "other", and "spurious" those that a plate forbids.
+    """
+    above = {p.arclength: p.scalars.alpha1 > LIFTED * (1.0 + p.scalars.beta0) for p in points}
+    labels = {arclength: "spurious" if is_above else "other" for arclength, is_above in above.items()}
+    if family.closure.kind not in ("ratio", "length"):
+        return labels
+    furthest = max(p.scalars.A for p in points)
+    branch = primary_branch(family.law, family.closure)
+    branch.extend(lambda last: furthest < last.scalars.A)
+    for point in points:
+        for here, there in pairwise(branch.points):
+            if point.scalars.A >= 0.0 and family.between(here, there, point.place):
+                place = arclength_between(here, there, point.place)
+                labels[point.arclength] = branch.state_at(place)
+                break
+    return labels
 
 
 def follow(
@@ -156,6 +201,8 @@ def follow(
     ------
     InvalidInput
         If an argument cannot be meant.
+    NoEquilibrium
+        If the start is a branch that ended at the contact, or a value of ``at`` is not met.
     NotConverged
         If a point is less accurate than that; a `Walk` keeps all points and says their errors.
 
@@ -200,6 +247,10 @@ def held_at(s: Scalars, hold: str) -> float:
 
 def _closure(name: str, value: float) -> Any:
     return closure_for("beta0", value**3) if name == "length_ratio" else closure_for(name, value)
+
+
+def _is_contact(branch: Branch) -> bool:
+    return any(p.index == len(branch) - 1 for p in branch.special("contact"))
 
 
 def _law_of(start: Equilibrium | Branch) -> CohesiveLaw:

@@ -11,12 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from ..base.checks import finite, known_beta0, listed, pair, positive, whole
-from ..base.errors import InvalidInput, NotConverged, OutOfRange
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, OutOfRange
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
 from ..continuation.points import Point, arclength_between
 from ..continuation.primary import PrimaryBranch
-from ..continuation.special import RANGE, locate
+from ..continuation.special import RANGE, Located, locate
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import PI4, Scalars
 from ..model.rod import Rod, require_rod
@@ -43,6 +43,9 @@ LONGEST = 400
 
 #: End of the furthest window of lambda.
 MOST_LAMBDA = 1e10
+
+#: Distance in the metric of the arclength within which a landing is a point that is there already.
+SAME_PLACE = 1e-9
 
 #: Highest mode; the straight rod is searched for as many branch points.
 MOST_MODES = 99
@@ -73,7 +76,8 @@ def trace(
         straight rod is beside it as ``trivial``.
     lam : tuple of float
         Window of lambda for ``beta0``: the branch is followed until it leaves the window for
-        good, and ends on its border exactly.
+        good.  Only points inside are returned; where it leaves and comes back, the branch has
+        ``pieces``, which end on the border exactly.
     law : str or CohesiveLaw, optional
         Default: law (8) for a rod, the linear law at fixed beta0.
     mode : int
@@ -82,6 +86,7 @@ def trace(
         Least number of points; curved parts and special points add some.
     at : dict, optional
         Values at which points must lie exactly, such as ``{"pressure_ratio": [0.5, 0.2]}``.
+        What lies outside the window does not count.
     transcription : Transcription, optional
         Default: the spectral form with as many nodes as ``tol`` needs.
     tol : float
@@ -98,6 +103,8 @@ def trace(
         If the arguments do not say what to trace, or the branch does not enter the window.
     OutOfRange
         For a ``beta0`` or a window of lambda outside its range.
+    NoEquilibrium
+        If the branch takes a value of ``at`` nowhere.
     NotConverged
         If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
 
@@ -115,7 +122,7 @@ def trace(
     mode = whole("mode", mode, 1, MOST_MODES)
     points = whole("points", points, 2)
     tol = positive("tol", tol)
-    window = _window(lam)
+    window, asked = _window(lam), asked_at(at)
     if rod is not None:
         closure, sides = Closure("ratio", require_rod(rod).ratio), [1]
     else:
@@ -146,19 +153,19 @@ def trace(
         seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
         if any(errors.gains_by_refinement(share * tol) for errors in seen) and mesh is not meshes[-1]:
             continue
-        inside = [(w, *_inside(w, window if rod is None else None)) for w in walks]
-        inside = [entered for entered in inside if entered[1]]
+        inside = [(w, *piece) for w in walks for piece in _pieces(w, window if rod is None else None)]
         if not inside:
             raise InvalidInput(
                 f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
                 f" lambda from {(mode**4 - 1) * PI4:.6g}, where it begins.",
                 remedy="Give lam= a window that holds its beginning.",
             )
-        length = sum(part[-1].arclength for _, part, _ in inside)
-        parts = [
-            _finished(w, filled(w.family, part, length / (points - 1)), ended, at)
-            for w, part, ended in inside
+        spacing = sum(piece[-1].arclength - piece[0].arclength for _, piece, _ in inside) / (points - 1)
+        finished = [
+            _finished(w, filled(w.family, piece, spacing), ended, asked) for w, piece, ended in inside
         ]
+        parts = [part for part, _ in finished]
+        require_met(asked, set().union(*(met for _, met in finished)))
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())
@@ -205,12 +212,23 @@ def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point
     return lam < -0.999 * PI4 or (bool(walk.folds) and lam < min(low, before))
 
 
-def _inside(walk: PrimaryBranch, window: tuple[float, float] | None) -> tuple[list[Point], str]:
-    """Points of a walk inside the window, and why they end."""
+def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tuple[list[Point], str]]:
+    """Stretches of a walk inside the window, which end on its borders exactly, and why they end."""
+    points = walk.points
     if window is None:
-        return walk.points, walk.ended
-    points, cut = _cut(walk.family, walk.points, window)
-    return points, "window" if cut else walk.ended
+        return [(points, walk.ended)]
+    borders = [landed for border in window for landed in landings(walk.family, points, "lam", border)]
+    every = sorted([*points, *borders], key=lambda p: p.arclength)
+    pieces: list[list[Point]] = []
+    for here, there in pairwise(every):
+        # lambda is monotone between neighbours, folds and borders being among them.
+        if not window[0] <= 0.5 * (here.scalars.lam + there.scalars.lam) <= window[1]:
+            continue
+        if pieces and pieces[-1][-1] is here:
+            pieces[-1].append(there)
+        else:
+            pieces.append([here, there])
+    return [(piece, walk.ended if piece[-1] is points[-1] else "window") for piece in pieces]
 
 
 def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]]:
@@ -227,46 +245,70 @@ def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]
         raise InvalidInput(
             f"unknown quantity {strange[0]!r} in at=.", remedy=f"Choose one of {', '.join(known)}."
         )
-    return [(name, finite(name, value)) for name, values in at.items() for value in listed(name, values)]
+    pairs = [(name, finite(name, value)) for name, values in at.items() for value in listed(name, values)]
+    return list(dict.fromkeys(pairs))
+
+
+def require_met(asked: Sequence[tuple[str, float]], met: set[tuple[str, float]]) -> None:
+    """Raise where a value that was asked for is nowhere on a branch."""
+    missed = [f"{name} = {value:g}" for name, value in asked if (name, value) not in met]
+    if missed:
+        raise NoEquilibrium(
+            f"no point of the branch has {', nor '.join(missed)}, asked for with at=.",
+            remedy="Ask for values that the branch takes between its ends.",
+        )
+
+
+def with_asked(
+    family: Family, points: list[Point], specials: Sequence[Located], asked: Sequence[tuple[str, float]]
+) -> tuple[list[Point], list[Located], set[tuple[str, float]]]:
+    """Add special points and points at asked-for values; return those values that are met, too.
+
+    What lands on a point that is there already takes its place: y = y0 is p = T0/2.
+    """
+    known = {id(p) for p in points}
+    points = [*points, *(s.point for s in specials if id(s.point) not in known)]
+    points.sort(key=lambda p: p.arclength)
+    specials, met = list(specials), set()
+    for name, value in asked:
+        miss = rows(_given(name, value))
+        if any(float(miss(p.x[-4:])[0][0]) == 0.0 for p in points):
+            met.add((name, value))
+        for found in landings(family, points, name, value):
+            met.add((name, value))
+            same = next((p for p in points if np.linalg.norm(p.place - found.place) < SAME_PLACE), None)
+            landed = found if same is None else replace(found, arclength=same.arclength)
+            specials = [replace(s, point=landed) if s.point is same else s for s in specials]
+            points = [*(p for p in points if p is not same), landed]
+        points.sort(key=lambda p: p.arclength)
+    return points, sorted(specials, key=lambda s: s.point.arclength), met
 
 
 def _finished(
-    walk: PrimaryBranch, points: list[Point], ended: str, at: Mapping[str, Sequence[float]] | None
-) -> Part:
+    walk: PrimaryBranch, points: list[Point], ended: str, asked: Sequence[tuple[str, float]]
+) -> tuple[Part, set[tuple[str, float]]]:
     """Add the special points and asked-for values to the points of a walk."""
     arclengths = (points[0].arclength, points[-1].arclength)
-    specials = [f for f in walk.folds if arclengths[0] <= f.point.arclength <= arclengths[1]]
+    every = [*walk.folds, walk.contact] if walk.contact else walk.folds
+    specials = [f for f in every if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
         specials += locate(walk.family, points, RANGE)
-    extra = [s.point for s in specials]
-    for name, value in asked_at(at):
-        extra += landings(walk.family, points, name, value)
-    known = {id(p) for p in points}
-    points = sorted(points + [p for p in extra if id(p) not in known], key=lambda p: p.arclength)
-    ordered = sorted(specials, key=lambda s: s.point.arclength)
+    points, specials, met = with_asked(walk.family, points, specials, asked)
     sign = -1 if walk.side < 0 else 1
-    return Part(walk.family, points, ordered, walk.state_at, ended, sign)
+    return Part(walk.family, points, specials, walk.state_at, ended, sign), met
 
 
-def _cut(family: Family, points: list[Point], window: tuple[float, float]) -> tuple[list[Point], bool]:
-    """End the points exactly where they leave the window for good; none if they never enter it."""
-    low, high = window
-    lam = [p.scalars.lam for p in points]
-    if low <= lam[-1] <= high:
-        return points, False
-    # A step may enter and leave: what counts is the span between two points.
-    crossing = [i for i, (a, b) in enumerate(pairwise(lam)) if min(a, b) <= high and max(a, b) >= low]
-    if not crossing:
-        return [], True
-    last = crossing[-1]
-    border = high if points[last + 1].scalars.lam > high else low
-    landed = landings(family, points[last : last + 2], "lam", border)
-    return points[: last + 1] + landed, True
+#: Closures that hold one of the four scalars, and its place in the unknowns.
+_HELD = {"amplitude": -4, "length": -2, "lam": -1}
+
+
+def _given(name: str, value: float) -> Closure:
+    return Closure("length", value) if name == "length_ratio" else closure_for(name, value)
 
 
 def landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
     """Points of a branch at which a quantity has a value exactly."""
-    given = Closure("length", value) if name == "length_ratio" else closure_for(name, value)
+    given = _given(name, value)
     miss = rows(given)
     misses = [float(miss(p.x[-4:])[0][0]) for p in points]
     found = []
@@ -279,6 +321,8 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
                     remedy="Ask for a value off a fold, or nearer to the transition.",
                 )
             problem, result = landed
+            if given.kind in _HELD:
+                result.x[_HELD[given.kind]] = given.value  # not the rounding error of it
             arclength = arclength_between(here, there, chart(result.x[-4:])[0])
             found.append(family.point(problem, result.x, here.direction, arclength, result.iterations))
     return found
@@ -294,5 +338,5 @@ def _trivial(closure: Closure, window: tuple[float, float], points: int) -> Triv
         value = (n**4 - 1) * PI4
         index = int(np.searchsorted(lam, value))
         s = Scalars(0.0, 0.0, closure.value, value)
-        specials.append(describe("BP", "exact", (value, value), index, s))
+        specials.append(describe("BP", "exact", (value, value), index, s, error=0.0))
     return Trivial(lam, tuple(specials))

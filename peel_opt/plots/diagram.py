@@ -200,9 +200,8 @@ def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
     A stretch between two points that differ takes the look of the one that is no special
     point, since there the look changes.
     """
-    rows = np.arange(len(branch))
     special = {p.index for p in branch.special_points}
-    unstable = None if branch.index is None else branch.index != 0
+    unstable = branch.unstable
     spurious = branch.spurious
 
     def look(i: int, j: int) -> tuple[bool | None, bool]:
@@ -210,13 +209,15 @@ def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
         stable = None if unstable is None else not unstable[decisive].any()
         return stable, bool(spurious[decisive].any())
 
-    if len(rows) == 1:
-        yield rows, *look(rows[0], rows[0])
-        return
-    looks = [look(i, j) for i, j in pairwise(rows.tolist())]
-    cuts = [0, *(k for k in range(1, len(looks)) if looks[k] != looks[k - 1]), len(looks)]
-    for a, b in pairwise(cuts):
-        yield rows[a : b + 1], *looks[a]
+    for piece in branch.pieces:
+        rows = np.arange(len(branch))[piece]
+        if len(rows) == 1:
+            yield rows, *look(rows[0], rows[0])
+            continue
+        looks = [look(i, j) for i, j in pairwise(rows.tolist())]
+        cuts = [0, *(k for k in range(1, len(looks)) if looks[k] != looks[k - 1]), len(looks)]
+        for a, b in pairwise(cuts):
+            yield rows[a : b + 1], *looks[a]
 
 
 def _words(stable: bool | None, spurious: bool) -> str:

@@ -164,7 +164,7 @@ def _of_branch(branch: Branch, held: float, seconds: float) -> Curve:
         pressure_ratio=branch.pressure_ratio,
         length_ratio=branch.length_ratio,
         state=branch.state,
-        index=branch.index,
+        index=None if branch.unstable is None else branch.unstable.astype(int),
         specials=tuple(Special(p.kind, p.status, p.index) for p in branch.special_points),
         ended=branch.ended,
         method=f"trace of {len(branch)} points",
