@@ -236,6 +236,7 @@ class PrimaryBranch:
                 turned = replace(before, tangent=-before.tangent, arclength=start)
                 self._insert_folds(turned, self.points[0])
                 self.points.insert(0, turned)
+                self.points.sort(key=lambda p: p.arclength)
 
     @property
     def _is_rod(self) -> bool:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..continuation.fill import point_errors
 from ..continuation.points import Point
-from ..continuation.special import Located, place_error
+from ..continuation.special import BRANCH_POINT, Located, place_error
 from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.law_samples import agree
@@ -164,15 +165,13 @@ def _special_points(
     def described(s: Located, error: float) -> SpecialPoint:
         return describe(s.kind, s.status, s.bracket, place[id(s.point)], s.point.scalars, error)
 
+    specials = [(part, s) for part in parts for s in part.specials]
+    kind, tip_angle = BRANCH_POINT
+    starts = ((part, Located(kind, p, (0.0, 0.0), tip_angle)) for part, p in ordered if p.scalars.A == 0.0)
     found = [
         described(s, float(errors[place[id(s.point)]]) + place_error(part.family, s))
-        for part in parts
-        for s in part.specials
+        for part, s in [*specials, *islice(starts, 1)]
     ]
-    start = next((p for _, p in ordered if p.scalars.A == 0.0), None)
-    if start is not None:
-        error = float(errors[place[id(start)]])
-        found.append(describe("BP", "located", (0.0, 0.0), place[id(start)], start.scalars, error))
     return tuple(sorted(found, key=lambda p: p.index))
 
 

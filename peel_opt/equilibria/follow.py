@@ -165,7 +165,7 @@ def labels_on_branch(family: Family, points: Sequence[Point]) -> dict[float, str
     branch.extend(lambda last: furthest < last.scalars.A)
     for point in points:
         for here, there in pairwise(branch.points):
-            if point.scalars.A >= 0.0 and family.between(here, there, point.place):
+            if point.scalars.A >= -LIFTED and family.between(here, there, point.place):
                 place = arclength_between(here, there, point.place)
                 labels[point.arclength] = branch.state_at(place)
                 break

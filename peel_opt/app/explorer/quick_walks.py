@@ -41,7 +41,7 @@ class QuickBranch(PrimaryBranch):
 
     def _insert_folds(self, here: Point, there: Point) -> None:
         folds = [
-            Located(kind, *found)
+            Located(kind, *found, rate)
             for kind, rate in FOLDS[self.family.closure.kind]
             if (found := self._near_zero(here, there, rate)) is not None
         ]
