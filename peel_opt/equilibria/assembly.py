@@ -305,7 +305,8 @@ def require_identity(branch: Branch, within: float) -> None:
         i = int(np.argmax(np.where(misses, branch.certificate, 0.0)))
         raise NotConverged(
             f"at p/T0 = {branch.pressure_ratio[i]:.6g}, tip angle {branch.tip_angle[i]:.4g}, the branch"
-            f" misses p = Phi(y_tip)/y_tip by {branch.certificate[i]:.1e} T0, though two meshes agree.",
+            f" leaves the plate at an angle, or misses p = Phi(y_tip)/y_tip, by {branch.certificate[i]:.1e},"
+            " though two meshes agree.",
             remedy="Trace it with more points, or with a finer mesh.",
         )
 

@@ -57,7 +57,7 @@ class Branch:
     error : ndarray
         Estimated distance of each point from the exact branch, in the metric of the arclength.
     certificate : ndarray
-        |p - Phi(y_tip)/y_tip| / T0.
+        The larger of |p - Phi(y_tip)/y_tip| / T0 and |theta| at the plate [rad].
     iterations : ndarray
         Newton iterations of each point.
     state : ndarray of str

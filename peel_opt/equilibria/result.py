@@ -69,7 +69,8 @@ class Equilibrium:
     error : float
         Estimate of its absolute error, dimensionless; not smaller than the true one.
     certificate : float
-        |p - Phi(y_tip)/y_tip| / T0, which vanishes for every exact solution.
+        The larger of |p - Phi(y_tip)/y_tip| / T0 and |theta| at the plate [rad], which vanish for every
+        exact solution; one of them was solved for, the other was not.
     law : str
         Name of the cohesive law; "linear" where it is exact.
     state : str
