@@ -271,7 +271,8 @@ def _rounding(family: Family, point: Point) -> float:
     weights[-4:] = point.chart[1].T
     with one_thread(len(x)):
         response, sizes = adjoint(jacobian, border, weights, x)
-    return units_lost(problem) * EPS * float(np.linalg.norm(response * sizes[:, None]))
+    lost = units_lost(problem, len(sizes)) * sizes
+    return EPS * float(np.linalg.norm(response * lost[:, None]))
 
 
 def _solved_again(finer: Family, point: Point) -> float:

@@ -69,21 +69,24 @@ def response(
     # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
     terms = {"pressure": 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
-    residues = np.linalg.norm(own * sizes)  # of independent signs
+    residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
     digits = abs(read(problem.scalars(x))) + float(by_given @ given_sizes)
     update = abs(float(gradient @ correction.update[-4:]))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
     norms = np.linalg.norm(responses, axis=0)
     return Response(
-        rounding=4.0 * update + EPS * (units_lost(problem) * float(residues) + 2.0 * digits),
+        rounding=4.0 * update + EPS * (float(residues) + 2.0 * digits),
         condition=float(max(asked)),
         leverage=norms[0] / norms[1:],
     )
 
 
-def units_lost(problem: Discretisation) -> float:
-    """Units in the last place of its terms that an equation of this problem may lose."""
-    return UNITS_OF_STAGES if isinstance(problem, ShootingDiscretisation) else UNITS
+def units_lost(problem: Discretisation, count: int) -> np.ndarray:
+    """Units in the last place of its terms that each of ``count`` equations of this problem may lose."""
+    units = np.full(count, UNITS)
+    if isinstance(problem, ShootingDiscretisation):
+        units[problem.defects] = UNITS_OF_STAGES
+    return units
 
 
 def adjoint(

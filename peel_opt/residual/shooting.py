@@ -90,6 +90,11 @@ class ShootingDiscretisation(Discretisation):
         self.nodes = settings.intervals * len(phases) + 1
         super().__init__(phases, 5 * self.nodes)
 
+    @property
+    def defects(self) -> slice:
+        """Equations that an integrator closes: those between four at the tip and three at the plate."""
+        return slice(4, 4 + 5 * (self.nodes - 1))
+
     def _advance(self, piece: Piece, steps: int) -> ca.Function:
         """Integrate (state, length, scalars) over one interval."""
         state, length, s = ca.SX.sym("state", 5), ca.SX.sym("length"), ca.SX.sym("s", 4)

@@ -133,7 +133,9 @@ def test_quotients_at_zero_are_the_slope_and_half_of_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "law", [exponential(), po.CohesiveLaw(lambda u: 1.0 / (1.0 + u))], ids=["exp", "1/(1+u)"]
+    "law",
+    [exponential(), po.CohesiveLaw(lambda u: 1.0 / (1.0 + u), drop=lambda u: u / (1.0 + u))],
+    ids=["exp", "1/(1+u)"],
 )
 def test_a_smooth_law_begins_at_t_itself(law: po.CohesiveLaw) -> None:
     branch = po.trace(po.Rod.from_ratio(1.0), law=law, points=12, tol=1e-8)
