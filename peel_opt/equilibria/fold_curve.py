@@ -11,6 +11,7 @@ from ..base.checks import pair, positive, whole
 from ..base.errors import InvalidInput, NotConverged
 from ..continuation.family import StepControl
 from ..continuation.folds import FoldFamily
+from ..continuation.landing import landings
 from ..continuation.points import Point
 from ..continuation.special import Located, Monitor, locate
 from ..model.equations import PI4
@@ -18,7 +19,6 @@ from ..residual.closures import Closure
 from ..residual.newton import correct
 from .assembly import describe
 from .branch_parts import SpecialPoint
-from .trace import landings
 
 #: Where beta0 turns round along the curve; at a cusp lambda turns there too.
 _TURN: tuple[tuple[str, Monitor], ...] = (("turn", lambda p: p.turn.sigma),)

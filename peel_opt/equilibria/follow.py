@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from ..base.checks import positive, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..continuation.family import Family, StepControl
+from ..continuation.landing import asked_at, require_met, with_asked
 from ..continuation.points import Point, arclength_between
 from ..continuation.primary import primary_branch
 from ..continuation.special import BRANCH_POINT, CONTACT, FOLDS, RANGE, Located, locate, located, tip
@@ -27,7 +28,6 @@ from .assembly import Part, assemble, closure_for, discretised, law_of, require_
 from .branch import Branch
 from .posed import known_law
 from .result import Equilibrium
-from .trace import asked_at, require_met, with_asked
 
 #: Height of a tip over the amplitude, and share of T0 above T0, that are put down to rounding.
 LIFTED = 1e-9
