@@ -24,7 +24,7 @@ Shape = Callable[[Any], Any]
 
 #: Height below which the quotients are quadratures, and their nodes: exact to rounding for laws
 #: that change over a thousandth of y0.
-NEAR, NEAR_NODES = 1e-3, 6
+NEAR, NEAR_NODES = 1e-4, 4
 
 #: Relative difference of the two forms at the height where they meet above which a law does not
 #: count as smooth at u = 0.
