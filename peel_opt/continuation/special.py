@@ -126,7 +126,7 @@ def place_error(family: Family, found: Located) -> float:
     """How far a special point may be from its place, along the branch.
 
     On the branch of a finer mesh its monitor does not vanish quite there: what is left, over the
-    rate of the monitor along the branch, is the distance.  nan where that cannot be said: the
+    rate of the monitor along the branch, is the distance.  Infinite where that cannot be said: the
     monitor of a self-contact has no rate.
     """
     finer = replace(family, transcription=family.transcription.refined())
@@ -134,11 +134,11 @@ def place_error(family: Family, found: Located) -> float:
     again = finer.solve(point.profile, Plane.across(point.place, point.direction))
     aside = family.step(point, ASIDE)
     if again is None or aside is None:
-        return math.nan
+        return math.inf
     same = finer.point(again[0], again[1].x, point.direction, 0.0, 0)
     rate = abs(monitor(aside) - monitor(point)) / ASIDE
     left = abs(monitor(same) - monitor(point)) + abs(monitor(point))
-    shift = left / rate if found.kind != "self-contact" and rate > 0.0 else math.nan
+    shift = left / rate if found.kind != "self-contact" and rate > 0.0 else math.inf
     return shift * (1.0 + 1.0 / family.transcription.sure_gain) + found.bracket[1] - found.bracket[0]
 
 

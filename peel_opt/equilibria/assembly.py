@@ -181,7 +181,7 @@ def describe(
     bracket: tuple[float, float],
     index: int,
     s: Scalars,
-    error: float = math.nan,
+    error: float = math.inf,
 ) -> SpecialPoint:
     """Return a special point with the numbers of its solution."""
     P = s.pressure_ratio if s.beta0 else math.nan

@@ -224,7 +224,7 @@ _NUMBERS = tuple(f.name for f in fields(SpecialPoint) if f.name not in ("kind", 
 
 def _specials(stored: Any, count: int) -> Iterator[SpecialPoint]:
     for point in stored:
-        entry = {"error": math.nan} | point  # which version 1 did not have
+        entry = {"error": math.inf} | point  # which version 1 did not have
         low, high = entry["bracket"]
         numbers = [low, high, *(entry[name] for name in _NUMBERS)]
         texts = [entry["kind"], entry["status"]]

@@ -43,7 +43,7 @@ class SpecialPoint:
     error : float
         How far it may be from its place on the exact branch, in the metric of the arclength: what a
         finer mesh moves it by, along the branch and across, with the bracket and rounding.  At a fold
-        the number that folds is better than that by far, the others are not.  nan if it is not known.
+        the number that folds is better than that by far, the others are not.  Infinite if it is not known.
     """
 
     kind: str
@@ -55,7 +55,7 @@ class SpecialPoint:
     alpha1: float
     pressure_ratio: float
     length_ratio: float
-    error: float = math.nan
+    error: float = math.inf
 
 
 @dataclass(frozen=True, eq=False, repr=False)
