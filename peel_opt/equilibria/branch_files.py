@@ -199,7 +199,8 @@ def _stability(arrays: dict[str, np.ndarray], count: int, version: int) -> dict[
         return {"index": None, "flutter": None}
     index = _array(arrays, "index", "i", count)
     if version > 1:
-        return {"index": index, "flutter": _array(arrays, "flutter", "i", count)}
+        flutter = _array(arrays, "flutter", "i", count) if "flutter" in arrays else None
+        return {"index": index, "flutter": flutter}
     if (index > 1).any():
         return {"index": None, "flutter": None}
     return {"index": index, "flutter": np.zeros_like(index)}
