@@ -86,7 +86,8 @@ def _dense_factors(matrix: np.ndarray) -> Factors:
         raise np.linalg.LinAlgError("singular Jacobian")
 
     def solve(right: np.ndarray) -> np.ndarray:
-        with one_thread(len(factors)):
+        # LAPACK spreads several right sides over all threads, however small the matrix.
+        with one_thread(len(factors) if right.ndim == 1 else None):
             return dgetrs(factors, pivots, right)[0]
 
     def sign() -> int:
