@@ -7,8 +7,13 @@ interesting branch is a saddle).
 
 from __future__ import annotations
 
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from types import FrameType
 from typing import Any
 
 import casadi as ca
@@ -124,8 +129,9 @@ def _run(
     sizes = np.abs(jacobian.full()) @ scale
     sizes = np.append(sizes, np.abs(border) @ scale[-4:])
     parameters = np.concatenate([scale, 1.0 / np.maximum(sizes, 1e-12), [c.value for c in given]])
-    result = solver(x0=start / scale, p=parameters, lbg=0.0, ubg=0.0)
-    stats = solver.stats()
+    with _interrupts_wait():
+        result = solver(x0=start / scale, p=parameters, lbg=0.0, ubg=0.0)
+        stats = solver.stats()
     x = result["x"].full().ravel() * scale
     status = str(stats["return_status"])
     return NlpSolution(
@@ -135,6 +141,28 @@ def _run(
         iterations=int(stats["iter_count"]),
         evaluations=int(stats["n_call_nlp_g"]),
     )
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Hold Ctrl-C back while IPOPT runs, some hundredths of a second, and let it through then.
+
+    CasADi looks for signals before every evaluation.  A KeyboardInterrupt that it meets there is
+    cleared, and IPOPT reports a failed evaluation: the solve would count as not converged and
+    the interrupt be lost.  Only the main thread receives signals.
+    """
+    own = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(own):
+        yield
+        return
+    frames: list[FrameType | None] = []
+    signal.signal(signal.SIGINT, lambda _, frame: frames.append(frame))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, own)
+        if frames:
+            own(signal.SIGINT, frames[0])
 
 
 def unknown_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
