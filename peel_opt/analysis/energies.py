@@ -23,6 +23,7 @@ from scipy.optimize import brentq
 
 from ..base.arrays import Columns
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..equilibria.assembly import discretised, law_of, transcription_of, walked
 from ..equilibria.branch import Branch, require_branch
@@ -114,6 +115,7 @@ class Energies(Columns):
         return int(turns[0]) + 1
 
 
+@one_thread
 def energies(branch: Branch) -> Energies:
     """Return the energies along a rod's branch that starts at the straight rod.
 

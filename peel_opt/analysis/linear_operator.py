@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..base.quadrature import Grid
+from ..base.threads import one_thread
 from ..model.equations import PI4, kernel
 
 #: Fields in the order of the paper: theta, N_x, N_y, y, alpha1.
@@ -91,6 +92,7 @@ class LinearOperator:
         return np.asarray(scale)[..., None, None] * direction
 
     @cached_property
+    @one_thread
     def _inverse(self) -> tuple[np.ndarray, np.ndarray]:
         """Matrices (G, multiplier): R -> w and R -> mu of L w + mu v0 = R with <u0, w> = 0."""
         n, beta0 = self.nodes, self.beta0

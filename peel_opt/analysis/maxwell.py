@@ -18,6 +18,7 @@ import numpy as np
 
 from ..base.checks import pair, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.threads import one_thread
 from ..base.units import told_apart
 from ..continuation.family import Family, StepControl
 from ..continuation.primary import PrimaryBranch
@@ -140,6 +141,7 @@ def stretched(beta0: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=16)
+@one_thread
 def _curve(low: float, high: float, points: int) -> MaxwellCurve:
     first, last = stretched(np.array([low, high]))
     x = first + (last - first) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, points)) ** 2

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
+from ..base.threads import one_thread
 from ..continuation.primary import PrimaryBranch
 from ..model.equations import PI4
 from ..model.rod import require_ratio
@@ -56,6 +57,7 @@ class _MaxwellPoint:
     by_beta0: float
 
 
+@one_thread
 def maxwell_gradient(ratio: float) -> Gradient:
     """Return sigma_M = sbar_M/eta of a rod with its derivative by r = eta/y0.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.checks import positive
 from ..base.errors import InvalidInput
+from ..base.threads import one_thread
 from .branch_potential import BranchLike, branch_arrays
 
 
@@ -79,6 +80,7 @@ def _stretches(lam: np.ndarray, alpha1: np.ndarray, window: float) -> np.ndarray
     return weights
 
 
+@one_thread
 def _least_squares(
     arrays: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], window: float
 ) -> tuple[np.ndarray, np.ndarray, int]:

@@ -32,6 +32,7 @@ import numpy as np
 from ..base.arrays import floats
 from ..base.checks import finite, non_negative
 from ..base.errors import InvalidInput
+from ..base.threads import one_thread
 from .linear_operator import FIELDS, LinearOperator
 from .nonlinear_part import remainder, remainder_derivative
 
@@ -103,6 +104,7 @@ class Reduction(LinearOperator):
 
     tol: float
 
+    @one_thread
     def solve(self, A: Any, lam: Any, method: str = "auto", max_iterations: int = 60) -> Correction:
         """Solve (30) for w on arrays of (A, lambda) that broadcast.
 

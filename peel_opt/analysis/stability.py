@@ -108,7 +108,7 @@ def analyse(problem: Discretisation, x: np.ndarray, given: Closure | None = None
         same tip angle.
     """
     states = (problem, x), _finer(problem, x, given)
-    with one_thread(max(DEGREES) * len(problem.phases)):
+    with one_thread:
         return _analysed(*(Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True)))
 
 
@@ -117,8 +117,6 @@ def _finer(
 ) -> tuple[Discretisation, np.ndarray]:
     """Return the same state on a finer mesh."""
     s, own = problem.scalars(x), problem.settings
-    if s.m == 0.0:
-        return problem, x  # the system is singular at the contact, where no sign is claimed anyway
     finer = (own.refined() if isinstance(own, Spectral) else FINER).discretise(problem.phases)
     rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
     start = problem.prolonged(x, finer)

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
+from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..continuation.points import Point, arclength_between
 from ..equilibria.assembly import law_of, transcription_of, walked
@@ -56,6 +57,7 @@ def describe(found: Stability) -> str:
     return ", ".join(parts) or ("marginal" if found.marginal else "stable")
 
 
+@one_thread
 def with_index(branch: Branch) -> Branch:
     """Return the branch with the index and the number of fluttering pairs at each point."""
     if branch.index is not None:
@@ -65,6 +67,7 @@ def with_index(branch: Branch) -> Branch:
     return replace(branch, index=index, flutter=flutter)
 
 
+@one_thread
 def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     """Locate the changes of stability along the branch of a rod.
 

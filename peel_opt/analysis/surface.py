@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 
 from ..base.errors import AtFold, NotConverged
+from ..base.threads import one_thread
 from ..model.equations import Scalars
 from ..residual.arclength import chart
 from ..residual.closures import Closure, rows, sensitivity_to_given
@@ -79,6 +80,7 @@ class _Plane:
     noise: np.ndarray
 
 
+@one_thread
 def gradient(source: Solution, kinds: tuple[str, str], read: Callable[[Scalars], float]) -> Gradient:
     """Differentiate a number of a solution with respect to two given ones.
 

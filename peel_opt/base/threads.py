@@ -1,29 +1,67 @@
-"""One thread for matrices of some hundred rows.
+"""One BLAS thread while we compute: the same bits on every machine, and faster.
 
-BLAS spreads their factorisation over all cores, and on a machine where something else runs the
-threads wait for each other: a solve of 114 unknowns then takes 130 ms instead of 0.2 ms.
+BLAS spreads work over all cores, and sums in another order for each number of them.  For our
+matrices of some ten to some hundred rows the threads mostly wait for each other: where something
+else runs, a solve of 114 unknowns takes 130 ms instead of 0.2 ms.
 """
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+import threading
+from contextlib import ContextDecorator
 from functools import lru_cache
+from typing import Any
 
-from threadpoolctl import ThreadpoolController
+import casadi as ca
+from threadpoolctl import OpenBLASController, ThreadpoolController, register
 
-#: BLAS itself uses one thread for systems up to about this size.
-SMALL = 48
+
+class _CasadiBLAS(OpenBLASController):  # type: ignore[misc]
+    """The BLAS that CasADi brings for its own products, and for IPOPT; not known to threadpoolctl."""
+
+    filename_prefixes = ("libcasadi-tp-openblas",)
+
+
+register(_CasadiBLAS)
 
 
 @lru_cache(maxsize=1)
-def _libraries() -> ThreadpoolController:
-    # Both must be loaded to be found: NumPy and SciPy bring a BLAS each.
+def _libraries() -> list[Any]:
+    # All must be loaded to be found: NumPy, SciPy and, since 3.8, CasADi bring a BLAS each.
     import numpy  # noqa: F401
     import scipy.linalg  # noqa: F401
 
-    return ThreadpoolController().select(user_api="blas")
+    if hasattr(ca, "has_blas"):
+        ca.has_blas("classic")
+    return list(ThreadpoolController().select(user_api="blas").lib_controllers)
 
 
-def one_thread(size: int | None = None) -> AbstractContextManager[object]:
-    """Return a context in which systems of ``size`` unknowns, or all, are solved on one thread."""
-    return nullcontext() if size is not None and size <= SMALL else _libraries().limit(limits=1)
+class _OneThread(ContextDecorator):
+    """Hold BLAS on one thread from the first entry to the last exit, from whatever thread.
+
+    The number of BLAS threads belongs to the process, so that those who hold it are counted.
+    """
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.holders = 0
+        self.before: list[int] = []
+
+    def __enter__(self) -> None:
+        with self.lock:
+            if self.holders == 0:
+                self.before = [library.get_num_threads() for library in _libraries()]
+                for library in _libraries():
+                    library.set_num_threads(1)
+            self.holders += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self.lock:
+            self.holders -= 1
+            if self.holders == 0:
+                for library, threads in zip(_libraries(), self.before, strict=True):
+                    library.set_num_threads(threads)
+
+
+#: Context and decorator; entering it again costs a microsecond.
+one_thread = _OneThread()

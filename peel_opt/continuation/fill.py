@@ -152,7 +152,7 @@ def _newton(
         right[:, :, 0] = -values
         right[:, -1, 1] = 1.0
         try:
-            with one_thread(problem.size):
+            with one_thread:
                 solved = np.linalg.solve(jacobians, right)
         except np.linalg.LinAlgError:
             return x, x, step, np.zeros(len(x), dtype=bool)
@@ -252,7 +252,7 @@ def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarra
     weights[:, -4:, :] = np.swapaxes(gradients, 1, 2)
     try:
         # How the coordinates of the arclength respond to every equation.
-        with one_thread(problem.size):
+        with one_thread:
             response = np.linalg.solve(np.swapaxes(jacobians, 1, 2), weights)
     except np.linalg.LinAlgError:
         return unknown, unknown
@@ -269,7 +269,7 @@ def _rounding(family: Family, point: Point) -> float:
     _, border = rows(family.closure, Plane.across(point.place, point.direction))(x[-4:])
     weights = np.zeros((len(x), 4))
     weights[-4:] = point.chart[1].T
-    with one_thread(len(x)):
+    with one_thread:
         response, sizes = adjoint(jacobian, border, weights, x)
     lost = units_lost(problem, len(sizes)) * sizes
     return EPS * float(np.linalg.norm(response * lost[:, None]))

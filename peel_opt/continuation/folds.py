@@ -22,6 +22,7 @@ import casadi as ca
 import numpy as np
 
 from ..base.errors import NotConverged
+from ..base.threads import one_thread
 from ..model.bond import LINEAR, CohesiveLaw
 from ..residual.arclength import chart
 from ..residual.closures import Closing, Closure, Plane
@@ -63,6 +64,7 @@ class FoldSystem(Discretisation):
         """Fields of the equilibrium."""
         return self.equilibrium.sampler(zeta)(self._state)
 
+    @one_thread
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Null vector, by least squares, and fields of a profile that is near a fold."""
         x = self.equilibrium.pack(profile)

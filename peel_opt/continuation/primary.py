@@ -21,6 +21,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from ..base.errors import NotConverged
+from ..base.threads import one_thread
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual import closures
@@ -148,6 +149,7 @@ class PrimaryBranch:
     _walk: Iterator[Point] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
+    @one_thread
     def extend(self, enough: Callable[[Point], bool]) -> None:
         """Walk on until ``enough`` is true of the last point, or the branch ends."""
         with self._lock:

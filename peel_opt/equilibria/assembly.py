@@ -342,7 +342,7 @@ def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.
     _, jacobian = problem.linearise(x)
     gradient = np.zeros(len(x))
     gradient[-4:] = wanted
-    with one_thread(len(x)):
+    with one_thread:
         response, _ = adjoint(jacobian, given, gradient, x)
     left = wanted - response[-2:] @ given
     # At T, where A = 0, the metric does not see m, and neither does the answer.

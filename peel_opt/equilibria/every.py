@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput, NotCertified, NotConverged, OutOfRange
+from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..continuation.points import Point
 from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, crossings, primary_branch
@@ -61,6 +62,7 @@ class _Found:
     state: str
 
 
+@one_thread
 def equilibria(
     rod: Rod | None = None,
     *,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.checks import pair, positive, whole
 from ..base.errors import InvalidInput, NotConverged
+from ..base.threads import one_thread
 from ..continuation.family import StepControl
 from ..continuation.folds import FoldFamily
 from ..continuation.landing import landings
@@ -107,6 +108,7 @@ class FoldCurve:
         return "\n".join([*lines, f"└─ error up to {self.error.max():.1e}"])
 
 
+@one_thread
 def fold_curve(beta0: tuple[float, float] = (0.1, 100.0), *, points: int = 80) -> FoldCurve:
     """Follow the fold in lambda over beta0 under the linear law.
 

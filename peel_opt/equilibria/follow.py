@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from ..base.checks import positive, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.threads import one_thread
 from ..continuation.family import Family, StepControl
 from ..continuation.landing import asked_at, require_met, with_asked
 from ..continuation.points import Point, arclength_between
@@ -172,6 +173,7 @@ def labels_on_branch(family: Family, points: Sequence[Point]) -> dict[float, str
     return labels
 
 
+@one_thread
 def follow(
     start: Equilibrium | Branch,
     *,

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
+from ..base.threads import one_thread
 from ..continuation.points import Landed
 from ..model.bond import COHESIVE, LINEAR
 from ..model.equations import Scalars
@@ -128,6 +129,7 @@ class _Started:
     landed: Landed | None = None
 
 
+@one_thread
 def answer(posed: Posed, start: Profile | Landed, method: Method, tol: float) -> Answer:
     """Answer for the state that a profile shows, or that a walk has landed at, starting from it.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.checks import positive
 from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
+from ..base.threads import one_thread
 from ..continuation.ends import beside_folds, sharpened
 from ..continuation.isobars import states_near
 from ..continuation.points import Point
@@ -78,6 +79,7 @@ class Question:
         return label == self.state or (self.state == "unfolded" and label in UNFOLDED)
 
 
+@one_thread
 def solve(question: Question, method: Method, tol: float) -> Equilibrium:
     """Find the state a question means, solve for it and certify the answer."""
     tol = positive("tol", tol)

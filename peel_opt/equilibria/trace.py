@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.checks import known_beta0, pair, positive, whole
 from ..base.errors import InvalidInput, NotConverged, OutOfRange
+from ..base.threads import one_thread
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
 from ..continuation.landing import asked_at, landings, require_met, with_asked
@@ -48,6 +49,7 @@ MOST_LAMBDA = 1e10
 MOST_MODES = 99
 
 
+@one_thread
 def trace(
     rod: Rod | None = None,
     *,

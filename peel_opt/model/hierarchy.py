@@ -36,6 +36,7 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from ..base.quadrature import Grid
+from ..base.threads import one_thread
 from .equations import PI4, kernel
 
 #: 40 nodes carry order 12 and 48 carry order 40 to rounding; the cost is milliseconds.
@@ -69,6 +70,7 @@ def _times_c(row: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=4)
+@one_thread
 def solve_hierarchy(order: int) -> Modes:
     """Solve the hierarchy degree by degree."""
     grid = Grid.gauss(NODES)

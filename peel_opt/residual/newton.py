@@ -80,14 +80,13 @@ def factorised(jacobian: np.ndarray | sp.spmatrix | ca.DM, border: np.ndarray) -
 
 def _dense_factors(matrix: np.ndarray) -> Factors:
     """Factorise a matrix that nobody needs any more; SciPy's own wrappers cost more than a small solve."""
-    with one_thread(len(matrix)):
+    with one_thread:
         factors, pivots, info = dgetrf(matrix, overwrite_a=True)
     if info != 0:
         raise np.linalg.LinAlgError("singular Jacobian")
 
     def solve(right: np.ndarray) -> np.ndarray:
-        # LAPACK spreads several right sides over all threads, however small the matrix.
-        with one_thread(len(factors) if right.ndim == 1 else None):
+        with one_thread:
             return dgetrs(factors, pivots, right)[0]
 
     def sign() -> int:

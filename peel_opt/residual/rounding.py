@@ -62,7 +62,7 @@ def response(
     wanted[-4:, 0], wanted[-4:, 1:] = gradient, np.eye(4)
     _, jacobian = problem.linearise(x)
     _, border = rows(*given)(x[-4:])
-    with one_thread(problem.size):
+    with one_thread:
         responses, sizes = adjoint(jacobian, border, wanted, x)
     own = responses[:, 0]
     by_given = np.abs(own[-len(given) :] @ sensitivity_to_given(given, x[-4:]))

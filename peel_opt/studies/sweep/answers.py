@@ -66,7 +66,7 @@ class Answers:
 
 def answer_chunk(task: Task) -> Answers:
     """Answer all points of a chunk; failures are rows too."""
-    with _ONE_AT_A_TIME, one_thread():
+    with _ONE_AT_A_TIME, one_thread:
         forget_branches()
         rows = [_answered(task, row) for row in task.values.tolist()]
         computed_by = arithmetic()
