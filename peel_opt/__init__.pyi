@@ -3,9 +3,9 @@
 from .analysis.branch_potential import branch_potential as branch_potential
 from .analysis.design_relations import maxwell_length as maxwell_length
 from .analysis.energies import energies as energies
-from .analysis.flaws import critical_flaw as critical_flaw
+from .analysis.flaws import held_length as held_length
+from .analysis.flaws import holding_pressure as holding_pressure
 from .analysis.flaws import readhesion_pressure as readhesion_pressure
-from .analysis.flaws import safe_pressure as safe_pressure
 from .analysis.hysteresis import hysteresis as hysteresis
 from .analysis.maxwell import maxwell_curve as maxwell_curve
 from .analysis.normal_form import NormalForm as NormalForm

@@ -1,7 +1,7 @@
-"""What the unstable branch means for a flaw: when it grows, and when it heals.
+"""What a rod's unfolded states say: the flap in equilibrium at a pressure, and the least pressure.
 
-At fixed pressure the unfolded state is a barrier: a longer flaw peels on, a shorter one
-closes.  Below the minimum pressure no length is held, and a detached rod closes.
+At fixed pressure these states are unstable: nothing holds them there.  Their length contains the
+cohesive zone, so that they say nothing about an edge that was never glued.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from ..base.errors import NoEquilibrium, NotConverged
 from ..continuation.family import Family
 from ..continuation.primary import PrimaryBranch
+from ..continuation.special import Located
 from ..equilibria.ask import length_given_pressure, pressure_given_length
+from ..equilibria.posed import known_law
 from ..equilibria.result import Equilibrium
-from ..model.bond import COHESIVE
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.transcriptions import Spectral
@@ -33,7 +35,7 @@ class PressureLimit:
     pressure_ratio : float
         p/T0.
     length : float
-        Detached length of the state at this pressure [m]; 0 if it is the bond's own strength.
+        Detached length of the state at this pressure [m].
     error : float
         Absolute error of ``pressure_ratio``.
     reason : str
@@ -47,59 +49,104 @@ class PressureLimit:
     reason: str
 
 
-def critical_flaw(rod: Rod, pressure: float) -> Equilibrium:
-    """Return the unfolded equilibrium at a pressure [Pa]: a flaw longer than its length grows.
+def held_length(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto") -> Equilibrium:
+    """Return the unfolded flap that is in equilibrium at a pressure, which nothing holds there.
+
+    Its length contains the cohesive zone ahead of the part that carries no traction, and it is
+    unstable at fixed pressure.  It is no bound for a flaw: an edge that was never glued gives way
+    when it is shorter by factors.
 
     Parameters
     ----------
     rod : Rod
     pressure : float
         [Pa]
+    law : str or CohesiveLaw
+        As in `length_given_pressure`.
 
     Returns
     -------
     Equilibrium
+        Its ``length`` [m] is what is asked for.
 
     Raises
     ------
     NoEquilibrium
-        If no flaw grows (below the minimum pressure) or every one does (at T0 and above).
+        Below the minimum pressure and from T0 on.
 
     Examples
     --------
-    >>> round(critical_flaw(Rod.from_ratio(1.0), 0.5).length, 4)
+    >>> round(held_length(Rod.from_ratio(1.0), 0.5).length, 4)
     3.0384
     """
-    return length_given_pressure(rod, pressure)
+    return length_given_pressure(rod, pressure, law=law, state="unfolded")
 
 
-def readhesion_pressure(rod: Rod) -> PressureLimit:
-    """Return the minimum pressure, below which a detached rod closes.
+def holding_pressure(rod: Rod, length: float, *, law: str | CohesiveLaw = "auto") -> Equilibrium:
+    """Return the unfolded state of lowest pressure with a detached length: what `held_length` has there.
+
+    ``held_length(rod, holding_pressure(rod, length).pressure).length`` is ``length``.  The other way
+    round the pressure may be lower than the one begun with: where lengths fold, a *middle* state shares
+    its length with a *lower* one.
 
     Parameters
     ----------
     rod : Rod
+    length : float
+        Detached length [m].
+    law : str or CohesiveLaw
+        As in `pressure_given_length`.
+
+    Returns
+    -------
+    Equilibrium
+        Its ``pressure`` [Pa] is what is asked for.
+
+    Raises
+    ------
+    NoEquilibrium
+        If no unfolded state has this length; ``nearest`` is a length [m] that one has.
+
+    Examples
+    --------
+    >>> round(holding_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
+    0.275545
+    """
+    return pressure_given_length(rod, length, law=law)
+
+
+def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> PressureLimit:
+    """Return the least pressure at which a detached equilibrium exists.
+
+    Quasi-static, and for a bond that heals: below it a detached rod of any length closes.
+
+    Parameters
+    ----------
+    rod : Rod
+    law : str or CohesiveLaw
+        As in `pressure_given_length`; default law (8).
 
     Returns
     -------
     PressureLimit
+
+    Raises
+    ------
+    NoEquilibrium
+        If the branch under this law ends without a minimum of the pressure.
+    NotConverged
+        If it could not be walked so far.
 
     Examples
     --------
     >>> round(readhesion_pressure(Rod.from_ratio(1.0)).pressure, 9)
     0.121837041
     """
-    folds = []
-    for mesh in MESHES:
-        branch = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", require_rod(rod).ratio)))
-        fold = branch.reach("LP-pressure")
-        if fold is None:
-            raise NotConverged(
-                f"the minimum pressure at eta/y0 = {rod.ratio:.4g} was not reached.",
-                remedy="Check that the ratio lies between 0.005 and 3000.",
-            )
-        folds.append(fold.point.scalars)
-    coarse, fine = folds
+    bond = known_law(law) or COHESIVE
+    ratio = Closure("ratio", require_rod(rod).ratio)
+    coarse, fine = (
+        minimum_pressure(PrimaryBranch(Family(bond, mesh, ratio))).point.scalars for mesh in MESHES
+    )
     error = abs(fine.pressure_ratio - coarse.pressure_ratio) + 1e-15
     return PressureLimit(
         rod.pressure(fine.pressure_ratio),
@@ -110,44 +157,26 @@ def readhesion_pressure(rod: Rod) -> PressureLimit:
     )
 
 
-def safe_pressure(rod: Rod, flaw: float) -> PressureLimit:
-    """Return the pressure up to which a flaw of a given length [m] does not grow.
+def minimum_pressure(branch: PrimaryBranch) -> Located:
+    """Walk a rod's branch to its first fold in pressure.
 
-    For a length that an unfolded state has, its lowest pressure; for longer flaws the
-    minimum pressure; for shorter ones the strength of the bond.
-
-    Parameters
-    ----------
-    rod : Rod
-    flaw : float
-        Detached length [m].
-
-    Returns
-    -------
-    PressureLimit
-
-    Examples
-    --------
-    >>> round(safe_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
-    0.275545
+    Raises
+    ------
+    NoEquilibrium
+        If the branch ends without one.
+    NotConverged
+        If the walk stalls before.
     """
-    sigma = require_rod(rod).length_ratio(flaw)  # a length, before anything is computed
-    least = readhesion_pressure(rod)
-    if rod.length(sigma) >= least.length:
-        return PressureLimit(
-            least.pressure,
-            least.pressure_ratio,
-            least.length,
-            least.error,
-            "longer than what holds at the minimum pressure",
+    fold = branch.reach("LP-pressure")
+    if fold is not None:
+        return fold
+    ratio, law = branch.family.closure.value, branch.family.law
+    if branch.ended == "contact":
+        raise NoEquilibrium(
+            f"under law {law.name!r} the branch at eta/y0 = {ratio:.4g} has no minimum of the pressure.",
+            remedy="Law (8) has one.",
         )
-    try:
-        held = pressure_given_length(rod, flaw)
-    except NoEquilibrium:
-        strength = rod.adhesion_strength
-        return PressureLimit(
-            strength, 1.0, 0.0, 0.0, "shorter than any length the branch holds: the bond's strength"
-        )
-    return PressureLimit(
-        held.pressure, held.pressure_ratio, held.length, held.error, f"the {held.state} state"
+    raise NotConverged(
+        f"the minimum pressure at eta/y0 = {ratio:.4g} was not reached.",
+        remedy="Check that the ratio lies between 0.005 and 3000.",
     )

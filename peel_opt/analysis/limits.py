@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import casadi as ca
 import numpy as np
@@ -24,7 +24,7 @@ from ..model.rod import require_ratio
 from ..residual.arclength import chart
 from ..residual.closures import Closure, rows, sensitivity_to_given
 from ..residual.newton import factorised
-from .flaws import MESHES
+from .flaws import MESHES, minimum_pressure
 from .maxwell_derivative import maxwell_gradient
 from .surface import Gradient
 
@@ -46,21 +46,21 @@ class Limit:
     ----------
     kind : {"pressure", "length"}
     differentiate : callable
-        From r and a law to the `Gradient` of the number; errors are absolute.
+        From r and the law to the `Gradient` of the number; errors are absolute.
     """
 
     kind: str
     differentiate: Callable[[float, CohesiveLaw], Gradient]
 
 
-def fold_gradient(ratio: float, which: str, law: CohesiveLaw = COHESIVE) -> Gradient:
+def fold_gradient(ratio: float, law: CohesiveLaw, which: str) -> Gradient:
     """Return P or sigma at a fold of a rod's branch, with its derivative by r.
 
     Parameters
     ----------
     ratio : float
-    which : {"readhesion_pressure", "least_length", "longest_length"}
     law : CohesiveLaw
+    which : {"readhesion_pressure", "least_length", "longest_length"}
 
     Raises
     ------
@@ -70,13 +70,13 @@ def fold_gradient(ratio: float, which: str, law: CohesiveLaw = COHESIVE) -> Grad
         If the branch has no such fold.
     """
     require_ratio(ratio)
-    coarse, fine = (_at_fold(law, ratio, which, i) for i in range(len(MESHES)))
+    coarse, fine = (_at_fold(ratio, law, which, i) for i in range(len(MESHES)))
     error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
     return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
 
 
 @lru_cache(maxsize=256)
-def _at_fold(law: CohesiveLaw, ratio: float, which: str, mesh: int) -> tuple[float, float]:
+def _at_fold(ratio: float, law: CohesiveLaw, which: str, mesh: int) -> tuple[float, float]:
     """Value and derivative of a fold on one mesh."""
     family = Family(law, MESHES[mesh], Closure("ratio", ratio))
     branch = PrimaryBranch(family)
@@ -107,20 +107,9 @@ def LENGTH(s: Scalars) -> float:
     return s.sigma
 
 
-def _minimum_pressure(branch: PrimaryBranch) -> Located:
-    """The first fold in pressure."""
-    fold = branch.reach("LP-pressure")
-    if fold is None:
-        raise NotConverged(
-            f"the minimum pressure at eta/y0 = {branch.family.closure.value:.4g} was not reached.",
-            remedy="Check that the ratio lies between 0.005 and 3000.",
-        )
-    return fold
-
-
 def _least_length(branch: PrimaryBranch) -> Located:
     """The first fold in length before the minimum pressure: the paper's."""
-    minimum = _minimum_pressure(branch)
+    minimum = minimum_pressure(branch)
     fold = branch.fold("LP-length")
     if fold is None or fold.point.arclength > minimum.point.arclength:
         raise _no_fold(branch.family, "the unfolded states have no fold in length")
@@ -170,15 +159,15 @@ def _maxwell(ratio: float, law: CohesiveLaw) -> Gradient:
 
 #: Where on the branch each limit lies.
 FOLDS: dict[str, Callable[[PrimaryBranch], Located]] = {
-    "readhesion_pressure": _minimum_pressure,
+    "readhesion_pressure": minimum_pressure,
     "least_length": _least_length,
     "longest_length": _longest_length,
 }
 
 #: The limits of a rod by their public names.
 LIMITS = {
-    "readhesion_pressure": Limit("pressure", lambda r, law: fold_gradient(r, "readhesion_pressure", law)),
-    "least_length": Limit("length", lambda r, law: fold_gradient(r, "least_length", law)),
-    "longest_length": Limit("length", lambda r, law: fold_gradient(r, "longest_length", law)),
+    "readhesion_pressure": Limit("pressure", partial(fold_gradient, which="readhesion_pressure")),
+    "least_length": Limit("length", partial(fold_gradient, which="least_length")),
+    "longest_length": Limit("length", partial(fold_gradient, which="longest_length")),
     "maxwell_length": Limit("length", _maxwell),
 }

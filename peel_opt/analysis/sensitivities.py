@@ -117,7 +117,7 @@ class Sensitivities:
 
 
 def sensitivities(
-    subject: Equilibrium | Rod, of: str | None = None, *, law: str | CohesiveLaw | None = None
+    subject: Equilibrium | Rod, of: str | None = None, *, law: str | CohesiveLaw = "auto"
 ) -> Sensitivities:
     """Differentiate an equilibrium, or a limit of a rod, with respect to all it depends on.
 
@@ -131,8 +131,8 @@ def sensitivities(
     of : str, optional
         For a rod: "readhesion_pressure", "least_length" or "longest_length" (the folds of its
         branch), or "maxwell_length".
-    law : str or CohesiveLaw, optional
-        Of the folds of a rod; default law (8).
+    law : str or CohesiveLaw
+        For a rod: the law of its bond, default law (8).  An equilibrium brings its own.
 
     Returns
     -------
@@ -145,7 +145,8 @@ def sensitivities(
     NoEquilibrium
         If the rod has no such limit.
     InvalidInput
-        If the equilibrium comes from a file, which keeps its shape only.
+        If the limit is not defined under this law, or the equilibrium comes from a file, which
+        keeps its shape only.
     NotConverged
         If the solution is lost on a finer mesh.
 
@@ -162,12 +163,13 @@ def sensitivities(
                 f"sensitivities of a rod need a number to differentiate, got {of!r}.",
                 remedy=f"Give of= one of {', '.join(map(repr, LIMITS))}, or an equilibrium.",
             )
-        limit, chosen = LIMITS[of], COHESIVE if law is None else known_law(law) or COHESIVE
-        return _of_rod(subject, of, limit.kind, limit.differentiate(subject.ratio, chosen), "", 0.0)
-    if law is not None:
-        raise InvalidInput("law= belongs to a limit of a rod; an equilibrium knows its own.")
+        limit = LIMITS[of]
+        gradient_of = limit.differentiate(subject.ratio, known_law(law) or COHESIVE)
+        return _of_rod(subject, of, limit.kind, gradient_of, "", 0.0)
     if of is not None:
         raise InvalidInput(f"of={of!r} belongs to a rod; an equilibrium has one answer.")
+    if law != "auto":
+        raise InvalidInput("law= belongs to a rod; an equilibrium has its own law.")
     if not isinstance(subject, Equilibrium):
         raise InvalidInput(f"sensitivities need an equilibrium or a rod, got {type(subject).__name__}.")
     if subject.message:

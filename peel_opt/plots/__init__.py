@@ -7,7 +7,7 @@ a figure of their own that works without a display, and return the axes.
 from .diagram import plot_branch
 from .dispatch import draw
 from .files import picture_file, save_figure
-from .flaws import plot_flaw_chart
+from .flaws import plot_held_lengths
 from .rod import plot_equilibrium, plot_family
 
 __all__ = [
@@ -16,6 +16,6 @@ __all__ = [
     "plot_branch",
     "plot_equilibrium",
     "plot_family",
-    "plot_flaw_chart",
+    "plot_held_lengths",
     "save_figure",
 ]

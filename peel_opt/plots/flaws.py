@@ -1,4 +1,4 @@
-"""The flaw chart: at which pressure a flaw of which length grows, stays or closes."""
+"""Held lengths: which unfolded flap is in equilibrium at which pressure."""
 
 from __future__ import annotations
 
@@ -12,17 +12,20 @@ from . import style
 from .axes import axes_or
 from .words import length_unit, pressure_unit
 
-#: Ratio of the longest to the shortest length of the barrier above which axes are logarithmic.
+#: Ratio of the longest to the shortest length above which axes are logarithmic.
 WIDE = 20.0
 
 
-def plot_flaw_chart(branch: Branch, ax: Axes | None = None) -> Axes:
-    """Draw the barrier of a rod: lengths to its right grow, to its left close.
+def plot_held_lengths(branch: Branch, ax: Axes | None = None) -> Axes:
+    """Draw the unfolded flaps of a rod that are in equilibrium, and the pressures between which they are.
+
+    Nothing holds them there, since they are unstable at fixed pressure, and their length contains the
+    cohesive zone: the chart does not say which flaw is safe.
 
     Parameters
     ----------
     branch : Branch
-        Of a rod, from `peel_opt.trace`; its unfolded part is the barrier.
+        Of a rod, from `peel_opt.trace`; its unfolded part is drawn.
     ax : Axes, optional
 
     Returns
@@ -36,13 +39,13 @@ def plot_flaw_chart(branch: Branch, ax: Axes | None = None) -> Axes:
         If the branch is not that of a rod from T to its minimum pressure.
     """
     if branch.rod is None or not branch.special("LP-pressure") or not np.any(branch.state == "middle"):
-        raise InvalidInput("a flaw chart needs the branch of a rod past its minimum pressure.")
+        raise InvalidInput("a chart of held lengths needs the branch of a rod past its minimum pressure.")
     ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
     least = branch.special("LP-pressure")[0].index
-    rod, barrier = branch.rod, slice(0, least + 1)
-    lengths = length_unit(rod, float(branch.length[barrier].max()))
+    rod, unfolded = branch.rod, slice(0, least + 1)
+    lengths = length_unit(rod, float(branch.length[unfolded].max()))
     pressures = pressure_unit(rod, rod.adhesion_strength)
-    x, y = branch.length[barrier] / lengths.size, branch.pressure[barrier] / pressures.size
+    x, y = branch.length[unfolded] / lengths.size, branch.pressure[unfolded] / pressures.size
     top, bottom = rod.adhesion_strength / pressures.size, float(y[-1])
     logarithmic = x.max() > WIDE * x.min()
     left, right = (x.min() / 5.0, 2.0 * x.max()) if logarithmic else (0.0, 1.15 * x.max())
@@ -53,8 +56,6 @@ def plot_flaw_chart(branch: Branch, ax: Axes | None = None) -> Axes:
     def between(a: float, b: float) -> float:
         return float(np.sqrt(a * b)) if logarithmic else 0.5 * (a + b)
 
-    ax.fill_betweenx(y, x, right, color=style.PRESSURE, alpha=0.14, linewidth=0)
-    ax.fill_betweenx(y, left, x, color=style.ADHESION, alpha=0.14, linewidth=0)
     ax.axhspan(top, ceiling, color=style.PRESSURE, alpha=0.30, linewidth=0)
     ax.axhspan(floor, bottom, color=style.ADHESION, alpha=0.30, linewidth=0)
     ax.plot(x, y, color=style.ROD, linewidth=style.ROD_WIDTH, linestyle=(0, (4.0, 1.8)))
@@ -63,18 +64,15 @@ def plot_flaw_chart(branch: Branch, ax: Axes | None = None) -> Axes:
     ax.set(xlim=(left, right), ylim=(floor, ceiling))
     ax.set_xlabel(lengths.axis(r"\bar s"))
     ax.set_ylabel(pressures.axis("p"))
-    middle = between(bottom, top)
-    crossing = float(np.interp(middle, y[::-1], x[::-1]))
+    middle = between(left, right)
     texts = [
-        (between(crossing, right), middle, "grows"),
-        (between(left, x.min()), middle, "closes"),
-        (between(left, right), between(top, ceiling), r"the bond itself fails, $p \geq T_0$"),
-        (between(left, right), between(floor, bottom), r"everything re-adheres, $p < p_{\min}$"),
+        (middle, between(top, ceiling), r"the bond itself fails, $p \geq T_0$"),
+        (middle, between(floor, bottom), r"no detached equilibrium, $p < p_{\min}$"),
     ]
     for where, height, text in texts:
         ax.text(where, height, text, ha="center", va="center", fontsize=style.SMALL)
     ax.set_title(
-        rf"$\eta/y_0 = {rod.ratio:.4g}$; dashed: unfolded equilibria, unstable at fixed pressure",
+        rf"$\eta/y_0 = {rod.ratio:.4g}$; dashed: the flap in equilibrium, which nothing holds there",
         fontsize=style.SMALL,
         loc="left",
     )

@@ -1,4 +1,4 @@
-"""Energies along a branch: the balance, the path-dependent area, and what follows for flaws."""
+"""Energies along a branch: the balance, the path-dependent area, and held lengths."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.analysis.energies import energies
-from peel_opt.analysis.flaws import critical_flaw, readhesion_pressure, safe_pressure
+from peel_opt.analysis.flaws import held_length, holding_pressure, readhesion_pressure
 
 
 @pytest.fixture(scope="module")
@@ -67,28 +67,41 @@ def test_readhesion_pressure_is_the_least_that_holds(ratio: float) -> None:
     least = readhesion_pressure(rod)
     assert least.error < 1e-9
     with pytest.raises(po.NoEquilibrium):
-        critical_flaw(rod, 0.999 * least.pressure)
-    assert critical_flaw(rod, least.pressure + 1e-3 * (1 - least.pressure)).state in ("middle", "lower")
+        held_length(rod, 0.999 * least.pressure)
+    assert held_length(rod, least.pressure + 1e-3 * (1 - least.pressure)).state in ("middle", "lower")
 
 
-def test_safe_pressure_inverts_critical_flaw() -> None:
+def test_the_held_length_of_a_holding_pressure_is_the_length() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    for length in (1.74e-3, 1.7735e-3, 1.9e-3, 2.3e-3):
+        held = holding_pressure(rod, length)
+        assert held_length(rod, held.pressure).length == pytest.approx(length, rel=1e-9)
+
+
+def test_a_holding_pressure_is_the_lowest_of_the_unfolded_states() -> None:
+    """120 kPa and 64.7 kPa share a length: a middle state and a lower one."""
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    middle = held_length(rod, 120e3)
+    assert middle.state == "middle"
+    lower = holding_pressure(rod, middle.length)
+    assert lower.state == "lower"
+    assert lower.pressure == pytest.approx(64.7e3, rel=1e-3)
+    pressures = [eq.pressure for eq in po.equilibria(rod, length=middle.length) if eq.state != "folded"]
+    assert min(pressures) == pytest.approx(lower.pressure, rel=1e-8)
+    assert max(pressures) == pytest.approx(120e3, rel=1e-6)
     for pressure in (30e3, 50e3, 80e3):
-        flaw = critical_flaw(rod, pressure)
-        back = safe_pressure(rod, flaw.length)
-        assert back.pressure == pytest.approx(pressure, rel=1e-6)
-        assert "lower" in back.reason
+        eq = held_length(rod, pressure)
+        assert holding_pressure(rod, eq.length).pressure == pytest.approx(pressure, rel=1e-6)
 
 
-def test_short_and_long_flaws_have_their_own_limits() -> None:
+def test_lengths_that_no_unfolded_state_has() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
-    least = readhesion_pressure(rod)
-    assert safe_pressure(rod, 1e-4).pressure == rod.adhesion_strength
-    assert safe_pressure(rod, 1.0).pressure == least.pressure
-    with pytest.raises(po.InvalidInput):
-        safe_pressure(rod, math.nan)
-    with pytest.raises(po.InvalidInput):
-        safe_pressure(rod, -1.0)
+    for length in (1e-4, 1.0):
+        with pytest.raises(po.NoEquilibrium):
+            holding_pressure(rod, length)
+    for length in (math.nan, -1.0):
+        with pytest.raises(po.InvalidInput):
+            holding_pressure(rod, length)
 
 
 def test_results_of_many_arrays_print_in_a_few_lines() -> None:
@@ -108,3 +121,23 @@ def test_a_kind_of_special_point_that_does_not_exist_is_no_empty_answer() -> Non
     assert branch.special("LP-lambda") == ()
     with pytest.raises(po.InvalidInput, match=r"no kind of special point 'LP'\. Kinds are BP, LP-lambda,"):
         branch.special("LP")
+
+
+def test_nobody_promises_that_a_flaw_is_safe() -> None:
+    for name in ("critical_flaw", "safe_pressure"):
+        with pytest.raises(AttributeError):
+            getattr(po, name)
+
+
+def test_limits_under_other_laws() -> None:
+    """The least pressure of a traced branch, under a law of one's own and where there is none."""
+    rod = po.Rod.from_ratio(1.0)
+    law = po.trapezoidal(0.4)
+    branch = po.trace(rod, law=law, points=40, tol=1e-6)
+    (fold,) = [s for s in branch.specials if s.kind == "LP-pressure"][:1]
+    least = readhesion_pressure(rod, law=law)
+    assert least.pressure == pytest.approx(float(branch.pressure[fold.index]), rel=1e-8)
+    eq = held_length(rod, 0.6, law=law)
+    assert holding_pressure(rod, eq.length, law=law).pressure == pytest.approx(0.6, rel=1e-7)
+    with pytest.raises(po.PeelOptError):
+        readhesion_pressure(rod, law="linear")

@@ -104,7 +104,7 @@ def test_run_prints_a_table(call):
     assert (code, err) == (0, "")
     for words in ("Aortic", "sourced: adhesion_strength", "estimated: youngs_modulus", "certificate"):
         assert words in out
-    for words in ("flaw held open by 300 mmHg", "certified", "2.0314992 mm", "48.354137 kPa"):
+    for words in ("flap in equilibrium at 300 mmHg", "certified", "2.0314992 mm", "48.354137 kPa"):
         assert words in out
 
 

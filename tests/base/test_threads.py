@@ -67,6 +67,8 @@ def _threads() -> list[int]:
 
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="a single processor has one thread")
 def test_blas_has_its_threads_back_after_the_last_of_several_calls() -> None:
+    with one_thread:
+        pass  # all that brings a BLAS is loaded now
     with threadpool_limits(2, user_api="blas"):
         outer = _threads()
         entered, leave = threading.Event(), threading.Event()

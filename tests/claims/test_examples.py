@@ -126,9 +126,11 @@ def test_inverse_design() -> None:
 
     found = load("inverse_design").main()
     assert found["by length"].free["thickness"] == pytest.approx(1.0692e-3, rel=1e-4)
-    assert po.critical_flaw(found["thinnest"].rod, 10e3).length == pytest.approx(6e-3, rel=1e-7)
-    assert po.readhesion_pressure(found["thickest that heals"].rod).pressure == pytest.approx(500.0, rel=1e-7)
-    assert found["thinnest"].free["thickness"] < found["thickest that heals"].free["thickness"]
+    assert po.held_length(found["thinnest"].rod, 10e3).length == pytest.approx(6e-3, rel=1e-7)
+    assert po.readhesion_pressure(found["thickest that lies flat again"].rod).pressure == pytest.approx(
+        500.0, rel=1e-7
+    )
+    assert found["thinnest"].free["thickness"] < found["thickest that lies flat again"].free["thickness"]
 
 
 def test_every_picture_of_an_example_has_its_place_before_the_work() -> None:
@@ -162,8 +164,8 @@ def test_follower_work() -> None:
     assert abs(retraced) < 1e-12
 
 
-def test_flaw_charts(tmp_path: Path) -> None:
-    found = load("flaw_charts").main()
+def test_held_length_charts(tmp_path: Path) -> None:
+    found = load("held_length_charts").main()
     assert len(found) == 8
     low, high = found["aortic_flap"]
     assert low == pytest.approx(25942.2, rel=1e-5)

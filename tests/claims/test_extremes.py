@@ -328,7 +328,7 @@ def test_a_window_out_of_reach_ends_with_an_error() -> None:
         po.trace,
         po.hysteresis,
         po.readhesion_pressure,
-        lambda rod: po.safe_pressure(rod, 3.0),
+        lambda rod: po.holding_pressure(rod, 3.0),
         lambda rod: po.length_given_pressure(rod, 0.9),
         lambda rod: po.trace(rod, law=po.trapezoidal(0.4)),
     ],

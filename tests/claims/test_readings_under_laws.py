@@ -41,7 +41,7 @@ def test_the_loop_of_a_rod(law: CohesiveLaw) -> None:
 def test_how_the_minimum_pressure_moves(law: CohesiveLaw) -> None:
     ratio, h, of = 1.0, 1e-3, "readhesion_pressure"
     found = po.sensitivities(po.Rod.from_ratio(ratio), of, law=law)
-    low, high = (fold_gradient(r, of, law).value for r in (ratio - h, ratio + h))
+    low, high = (fold_gradient(r, law, of).value for r in (ratio - h, ratio + h))
     assert found.dimensionless["ratio"] == pytest.approx((high - low) / (2 * h), rel=1e-4)
     fold = po.trace(po.Rod.from_ratio(ratio), law=law, points=12, tol=1e-8).special("LP-pressure")[0]
     assert found.value == pytest.approx(fold.pressure_ratio, abs=1e-8)
@@ -56,7 +56,7 @@ def test_what_a_law_does_not_have_is_not_that_of_law_8(law: CohesiveLaw, of: str
 
 
 def test_the_exponential_law_has_not_the_minimum_of_law_8() -> None:
-    pressures = [fold_gradient(1.0, "readhesion_pressure", law).value for law in LAWS.values()]
+    pressures = [fold_gradient(1.0, law, "readhesion_pressure").value for law in LAWS.values()]
     assert pressures[0] == pytest.approx(0.121837041296, abs=1e-10)
     assert pressures[1] > 2 * pressures[0]  # twice the work of separation
 

@@ -42,8 +42,8 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "stability": lambda: {"state": po.length_given_pressure(ROD, 0.8)},
     "control_table": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
     "sensitivities": lambda: {"subject": po.length_given_pressure(ROD, 0.8)},
-    "critical_flaw": lambda: {"rod": ROD, "pressure": 0.5},
-    "safe_pressure": lambda: {"rod": ROD, "flaw": 3.5},
+    "held_length": lambda: {"rod": ROD, "pressure": 0.5},
+    "holding_pressure": lambda: {"rod": ROD, "length": 3.5},
     "readhesion_pressure": lambda: {"rod": ROD},
     "tradeoff": lambda: {
         "problem": lambda method, tol: po.equilibrium(beta0=4.0, lam=1.0, method=method, tol=tol),

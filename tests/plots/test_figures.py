@@ -73,8 +73,8 @@ def test_the_fold_curve_is_one_curve_in_two_parts():
     assert np.interp(4.0, *paper.T) == pytest.approx(-0.2658, abs=2e-2)
 
 
-def test_the_flaw_chart_ends_at_the_minimum_pressure():
-    figure = figures.figure_flaw_chart(points=POINTS)
+def test_the_chart_of_held_lengths_ends_at_the_minimum_pressure():
+    figure = figures.figure_held_lengths(points=POINTS)
     length, pressure = figure.axes[0].lines[0].get_data()
     critical = np.pi * (2.3e-5 * 0.73e-3 / 140e3) ** 0.25  # (20), in metres
     assert (length[0], pressure[0]) == (pytest.approx(1e3 * critical), pytest.approx(140.0))

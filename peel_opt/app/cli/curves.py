@@ -24,7 +24,7 @@ from .common import (
 from .files import Files, named, out_files
 
 #: What `peel_opt.plots.figures` draws.
-NAMES = "3 to 10, p-min, flaw-chart, fold-curve, method-map, work-precision"
+NAMES = "3 to 10, p-min, held-lengths, fold-curve, method-map, work-precision"
 
 #: How a walk ends that has not come to the end of its branch.
 UNFINISHED = ("stalled", "limit")

@@ -18,7 +18,7 @@ from ...base.progress import progress
 
 if TYPE_CHECKING:
     from .diagrams import figure_4, figure_5, figure_6
-    from .flaw_charts import figure_flaw_chart
+    from .flaw_charts import figure_held_lengths
     from .fold_chart import figure_fold_curve
     from .method_map import figure_method_map
     from .minimum_pressure import figure_p_min
@@ -39,7 +39,7 @@ FIGURES = {
     "9": ("reduced", "figure_9"),
     "10": ("rod_shapes", "figure_10"),
     "p-min": ("minimum_pressure", "figure_p_min"),
-    "flaw-chart": ("flaw_charts", "figure_flaw_chart"),
+    "held-lengths": ("flaw_charts", "figure_held_lengths"),
     "fold-curve": ("fold_chart", "figure_fold_curve"),
     "method-map": ("method_map", "figure_method_map"),
     "work-precision": ("work_precision", "figure_work_precision"),
@@ -57,8 +57,8 @@ __all__ = [
     "figure_8",
     "figure_9",
     "figure_10",
-    "figure_flaw_chart",
     "figure_fold_curve",
+    "figure_held_lengths",
     "figure_method_map",
     "figure_p_min",
     "figure_work_precision",

@@ -1,4 +1,4 @@
-"""A chart beyond the paper: which flaws grow, for a rod with eta near y0 and for a long one."""
+"""A chart beyond the paper: held lengths of a rod with eta near y0 and of a long one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from ...equilibria.trace import trace
 from ...model.rod import Rod
-from .. import plot_flaw_chart
+from .. import plot_held_lengths
 from . import look
 
 #: k [N m], T0 [Pa], y0 [m] by what the rod is.
@@ -16,16 +16,16 @@ RODS = {
 }
 
 
-def figure_flaw_chart(points: int = 60) -> Figure:
-    """Pressure against flaw length for two rods, with what a flaw does on either side."""
+def figure_held_lengths(points: int = 60) -> Figure:
+    """Pressure against the length of the flap in equilibrium, for two rods."""
     figure = look.new_figure(10.4, 4.4)
     for ax, (name, numbers) in zip(figure.subplots(1, 2), RODS.items(), strict=True):
         rod = Rod(*numbers)
-        plot_flaw_chart(trace(rod, points=points, tol=1e-7), ax)
+        plot_held_lengths(trace(rod, points=points, tol=1e-7), ax)
         look.tidy(ax, title=rf"{name}, $\eta/y_0 = {float(f'{rod.ratio:.3g}'):g}$")
     look.footnote(
         figure,
-        "Law (8).  Dashed: unfolded equilibria, unstable at fixed pressure: a longer flaw grows, a shorter"
-        " one closes.  Dot: T.  Diamond: minimum pressure, below which every flaw closes.",
+        "Law (8).  Dashed: the unfolded flap in equilibrium, which nothing holds there; its length contains the"
+        " cohesive zone.  Dot: T.  Diamond: minimum pressure, below which no detached equilibrium exists.",
     )
     return figure

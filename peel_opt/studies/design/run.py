@@ -1,8 +1,7 @@
 """Inverse design: the material that makes a rod do what is wanted.
 
-A coarse scan over the bounds finds where to start and which state each target means; IPOPT
-solves the programme of `design_programme` from there; and what it finds is asked for again by
-the public calls.  Only a design that they confirm is returned.
+Targets are met by the public calls themselves, whose elasticities are exact: along one free number
+every bracket of a scan is solved, over several SLSQP descends from the best of some designs.
 """
 
 from __future__ import annotations
@@ -13,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...analysis.flaws import readhesion_pressure
 from ...base.errors import Infeasible, NotConverged, PeelOptError
+from ...model.bond import CohesiveLaw
 from ...model.rod import RATIOS, Rod
 from .material import Free
-from .search import Found, Reached, Search, Verified
+from .search import BINDING, Reached, Search
 from .targets import SENSES, Achieved, Target
 
 #: Distance of log(eta/y0) from an end of the range at which it counts as being there.
@@ -28,9 +27,6 @@ NEGLIGIBLE = 5e-5
 
 #: Share of T0 from which on a pressure counts as being all of it.
 NEARLY = 0.9995
-
-#: Distance of a logarithm from its bound at which it counts as binding.
-BINDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ class Design:
         Whether the search came to an optimum; if not, the design meets its targets, but a
         better one is near.
     iterations : int
-        Of IPOPT.
+        Of SLSQP; 0 where a bracket was solved.
     """
 
     rod: Rod
@@ -75,7 +71,7 @@ class Design:
     def __repr__(self) -> str:
         lines = [f"Design({', '.join(self.shown)}; {self.rod!r})"]
         for target, found in zip(self.targets, self.achieved, strict=True):
-            value = target.shown(found.value, found.note)
+            value = target.shown(found.value)
             words = f"{target.label}: {value} ({SENSES[target.sense]} {target.shown(target.value)})"
             response = self.elasticities.get(target.label, 0.0)
             if abs(response) > NEGLIGIBLE and (target.sense == "equal" or _binds(target, found)):
@@ -95,9 +91,10 @@ def design(
     targets: Target | Sequence[Target],
     minimise: str | None = None,
     maximise: str | None = None,
+    law: str | CohesiveLaw = "auto",
     tol: float = 1e-7,
 ) -> Design:
-    """Find the free material numbers that meet targets, under law (8).
+    """Find the free material numbers that meet targets.
 
     As many free numbers as targets ``equal`` to something are a square problem.  Everything
     else needs a free number to ``minimise`` or ``maximise``.
@@ -115,6 +112,8 @@ def design(
     targets : Target or sequence of Target
     minimise, maximise : str, optional
         A free number.
+    law : str or CohesiveLaw
+        As in `pressure_given_length`.  The work of separation and the Maxwell length belong to law (8).
     tol : float
         Relative distance from a target, by the public call, up to which it counts as met.
 
@@ -131,7 +130,7 @@ def design(
     InvalidInput
         If an argument cannot be meant.
     NotConverged
-        If IPOPT fails though nothing says that there is no design.
+        If SLSQP fails though nothing says that there is no design.
 
     Examples
     --------
@@ -140,90 +139,72 @@ def design(
     >>> f"{stiffer.rod.bending_stiffness:.7g}"
     '3.767268e-05'
     """
-    search = Search.posed(known, free, targets, minimise, maximise, tol)
-    found = search.run()
-    if found.designs:
-        return _described(search, found.designs)
-    raise _no_state(search, found) if found.closest is None else _infeasible(search, found.closest)
+    search = Search.posed(known, free, targets, minimise, maximise, law, tol)
+    found, closest, looked_at = search.run()
+    if found:
+        return _described(search, found)
+    raise _no_state(search, looked_at) if closest is None else _infeasible(search, closest)
 
 
-def _described(search: Search, found: Sequence[Verified]) -> Design:
+def _described(search: Search, found: Sequence[Reached]) -> Design:
     best = found[0]
     values = search.material.values(best.z)
     sign = float(search.objective.sum())
     elasticities = dict.fromkeys((t.label for t in search.targets), 0.0)
-    for target, requirement, multiplier in zip(
-        search.targets, best.requirements, best.multipliers, strict=True
-    ):
-        if requirement.is_value_of(target):  # of "at least" and "at most" the same number one binds
-            elasticities[target.label] += sign * float(multiplier)
+    for target, multiplier in zip(search.targets, best.multipliers, strict=True):
+        # Of "at least" and "at most" the same number one binds.
+        elasticities[target.label] += sign * float(multiplier)
     return Design(
         rod=search.material.rod(best.z),
         free=values,
         targets=search.targets,
         achieved=best.achieved,
-        binding=_binding(search, best.z, best.achieved) + _limits(search, best),
+        binding=_binding(search, best),
         of=search.of,
         elasticities=elasticities,
-        others=tuple(search.material.rod(v.z) for v in found[1:]) if search.square else (),
-        settled=best.settled,
+        others=tuple(search.material.rod(r.z) for r in found[1:]) if search.square else (),
+        settled=best.settled or search.square,
         iterations=best.iterations,
         shown=tuple(f"{name} = {search.material.shown(name, v)}" for name, v in values.items()),
     )
 
 
-def _binding(search: Search, z: np.ndarray, achieved: Sequence[Achieved]) -> tuple[str, ...]:
-    """Inequalities that hold with equality, and bounds of free numbers."""
-    held = [
-        t.label for t, a in zip(search.targets, achieved, strict=True) if t.sense != "equal" and _binds(t, a)
-    ]
+def _binding(search: Search, best: Reached) -> tuple[str, ...]:
+    """Inequalities that hold with equality, bounds of free numbers, and ends of what exists."""
+    rod, pairs = search.material.rod(best.z), list(zip(search.targets, best.achieved, strict=True))
+    held = [t.label for t, a in pairs if t.sense != "equal" and _binds(t, a)]
     for name, v, low, high in zip(
-        search.material.free, z, search.material.lower, search.material.upper, strict=True
+        search.material.free, best.z, search.material.lower, search.material.upper, strict=True
     ):
         if v - low < BINDING:
             held.append(f"{name} at its lower bound")
         elif high - v < BINDING:
             held.append(f"{name} at its upper bound")
-    ratio = search.material.rod(z).ratio
-    if min(abs(math.log(ratio / end)) for end in RATIOS) < AT_END:
-        held.append(f"eta/y0 = {ratio:.4g}, beyond which no branch is walked: its bound")
+    if min(abs(math.log(rod.ratio / end)) for end in RATIOS) < AT_END:
+        held.append(f"eta/y0 = {rod.ratio:.4g}, beyond which no branch is walked: its bound")
+    held += [
+        f"{t.label}: adhesion_strength no lower than the pressure"
+        for t in search.targets
+        if t.quantity == "length" and t.given > NEARLY * rod.adhesion_strength
+    ]
     return tuple(held)
 
 
 def _binds(target: Target, found: Achieved) -> bool:
     """Whether a value is the one that a target bounds it by."""
-    return 0.0 < found.value < math.inf and abs(math.log(found.value / target.value)) < BINDING
+    return abs(target.gap(found.value)) < BINDING
 
 
-def _limits(search: Search, best: Verified) -> tuple[str, ...]:
-    """What holds a critical flaw that is met because every flaw heals or grows."""
-    rod, held = search.material.rod(best.z), []
-    for target, requirement in zip(search.targets, best.requirements, strict=True):
-        if requirement.is_value_of(target):
-            nearly = (
-                target.quantity in ("length", "critical_flaw")
-                and target.given > NEARLY * rod.adhesion_strength
-            )
-            held += [f"{target.label}: adhesion_strength no lower than the pressure"] if nearly else []
-            continue
-        limit = (
-            readhesion_pressure(rod).pressure if requirement.sense == "at_least" else rod.adhesion_strength
-        )
-        if abs(math.log(limit / requirement.value)) < BINDING:
-            held.append(f"{target.label}: {requirement.quantity} equal to the pressure")
-    return tuple(held)
-
-
-def _no_state(search: Search, found: Found) -> Infeasible:
+def _no_state(search: Search, looked_at: Sequence[np.ndarray]) -> Infeasible:
     """Say that a state that a target is about was never met."""
     words, reason = "; ".join(repr(t) for t in search.targets), ""
-    for target in search.targets if found.samples else ():
+    for target in search.targets if looked_at else ():
         try:
-            target.achieved(search.material.rod(found.samples[0]), search.tol)
+            target.achieved(search.material.rod(looked_at[0]), search.law)
         except PeelOptError as error:
             reason = f" At the first of them: {error}"
     return Infeasible(
-        f"none of the {len(found.samples)} designs looked at within the bounds has the state asked for:"
+        f"none of the {len(looked_at)} designs looked at within the bounds has the state asked for:"
         f" {words}.{reason}",
         remedy="Widen the bounds, or give a pressure or length that such rods hold.",
     )
@@ -235,14 +216,14 @@ def _infeasible(search: Search, closest: Reached) -> PeelOptError:
     if closest.missed <= search.tol:
         rod = search.material.rod(z)
         return NotConverged(
-            f"{rod!r} meets the targets, but IPOPT found no optimum from it.",
+            f"{rod!r} meets the targets, but SLSQP found no optimum from it.",
             remedy="Start from that rod, or give narrower bounds.",
             candidates=(rod,),
         )
     pairs = list(zip(search.targets, achieved, strict=True))
     target, value = max(pairs, key=lambda pair: pair[0].shortfall(pair[1].value))
     numbers = ", ".join(f"{n} = {search.material.shown(n, v)}" for n, v in search.material.values(z).items())
-    bounds = [words for words in _binding(search, z, achieved) if words.endswith("bound")]
+    bounds = [words for words in _binding(search, closest) if words.endswith("bound")]
     met = [
         f"{t.label} {SENSES[t.sense]} {t.shown(t.value)}" for t, a in pairs if t.shortfall(a.value) <= BINDING
     ]
@@ -250,7 +231,7 @@ def _infeasible(search: Search, closest: Reached) -> PeelOptError:
     return Infeasible(
         f"no design within the bounds meets all targets. Missed: {target.label} {SENSES[target.sense]}"
         f" {target.shown(target.value)}; the closest reachable is"
-        f" {target.shown(value.value, value.note)}, with {numbers}.{holds}",
+        f" {target.shown(value.value)}, with {numbers}.{holds}",
         remedy="Widen a bound, free another number, or relax a target.",
         nearest=value.value,
         candidates=(search.material.rod(z),),

@@ -1,77 +1,62 @@
-"""The search for a design: a scan that says where to start, and IPOPT from there.
+"""The search for a design: SLSQP in the logarithms of the free numbers, with exact elasticities.
 
-Every way to meet the targets is tried: a critical flaw is long enough also where every flaw heals.
-Each step of the search ends at states that are solved for anew by the public calls.
+From each of some starts the largest shortfall is made as small as it gets; where it vanishes, the
+objective is descended among the designs that meet the targets.  Steps are limited, since the state
+that a target is about may end on the way.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from scipy.optimize import OptimizeResult, minimize
 
 from ...base.checks import positive
 from ...base.errors import Infeasible, InvalidInput, PeelOptError
-from ...model.rod import Rod
-from . import programme as design_programme
+from ...equilibria.posed import known_law
+from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.rod import RATIOS, Rod
 from .material import Free, Material, material
-from .programme import LAST_PRICE, PRICE, PRICE_FACTOR, Outcome
-from .scan import Candidate, brackets, candidate, samples
-from .targets import Achieved, Requirement, Target
+from .roots import along_one, within
+from .targets import Achieved, Target
 
-#: Best of the designs scanned from which the programme is started.
-STARTS = 2
+#: Designs looked at over several free numbers, and the best of them from which SLSQP starts.
+SAMPLES, STARTS = 24, 3
 
-#: What the best of them may miss, as a logarithm, for another way to meet the targets to be tried.
-FAR_OFF = 1.0
+#: How far a logarithm may move in a first search, the least such reach, and how many searches.
+REACH, SHORTEST_REACH, MOST_SEARCHES = 1.0, 1e-4, 30
 
-#: How far a logarithm may move in a first step, the least such reach, and how many steps.
-REACH, SHORTEST_REACH, MOST_STEPS = 0.5, 1e-3, 40
+#: Distance of log(eta/y0) from the ends of the range, so that rounding does not leave it.
+MARGIN = 1e-6
 
-#: What the programme and the public calls can agree to, and what is still to meet a target.
+#: Distance of a logarithm from its bound at which it counts as binding.
+BINDING = 1e-6
+
+#: What of the objective's gradient the binding constraints may leave over at an optimum.
+STATIONARY = 1e-4
+
+#: What a public call can be met to, and what is still to meet a target.
 LEAST_TOL, LARGEST_TOL = 1e-9, 1e-2
-
-#: Rise of the merit that is put down to rounding, for each unit of the price.
-SETTLED = 1e-10
-
-#: By which a higher price has to reduce what is missed for a still higher one to be tried.
-WORTH_ITS_PRICE = 0.5
-
-
-@dataclass(frozen=True, eq=False)
-class Verified:
-    """A design that the public calls confirm."""
-
-    z: np.ndarray
-    achieved: tuple[Achieved, ...]
-    requirements: tuple[Requirement, ...]
-    multipliers: np.ndarray
-    iterations: int
-    settled: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """What comes closest to the targets, and by how much it misses them."""
+    """A design, what the public calls say of it, and by how much it misses the targets.
+
+    ``multipliers`` are d(objective)/d(log wanted) of the targets that bind; ``settled`` says
+    whether they and the bounds that bind balance the objective.
+    """
 
     z: np.ndarray
     achieved: tuple[Achieved, ...]
     missed: float
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Designs, the best first; if there are none, what comes closest, if anything.
-
-    ``samples`` are the designs that were looked at.
-    """
-
-    designs: tuple[Verified, ...]
-    closest: Reached | None
-    samples: tuple[np.ndarray, ...]
+    iterations: int
+    multipliers: np.ndarray
+    settled: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +65,12 @@ class Search:
 
     material: Material
     targets: tuple[Target, ...]
+    law: str | CohesiveLaw
     objective: np.ndarray
     of: str
     square: bool
     tol: float
+    _known: dict[tuple[bytes, int], tuple[float, np.ndarray]] = field(default_factory=dict)
 
     @classmethod
     def posed(
@@ -93,6 +80,7 @@ class Search:
         targets: Target | Sequence[Target],
         minimise: str | None,
         maximise: str | None,
+        law: str | CohesiveLaw,
         tol: float,
     ) -> Search:
         """Check that the question determines an answer."""
@@ -123,172 +111,259 @@ class Search:
                 f"{len(stuff.free)} free numbers and {equal} targets to be met exactly leave a choice.",
                 remedy="Say which free number to minimise= or maximise=.",
             )
-        of = of or stuff.free[0]
-        objective = np.array([float(name == of) for name in stuff.free]) * (-1.0 if maximise else 1.0)
-        return cls(stuff, wanted, objective, of, square, float(tol))
-
-    def run(self) -> Found:
-        """Search every way to meet the targets, the most promising first."""
-        found: list[Verified] = []
-        looked_at = samples(self.material)
-        every = product(*(t.alternatives() for t in self.targets))
-        possible = [way for way in every if not _contradictory(way)]
-        if not possible:
+        if known_law(law) not in (None, COHESIVE):
+            _require_meaning(stuff, known, wanted)
+        if any(_exclude(a, b) for a in wanted for b in wanted):
             raise Infeasible(
-                f"the targets exclude each other: {'; '.join(map(repr, self.targets))}.",
+                f"the targets exclude each other: {'; '.join(map(repr, wanted))}.",
                 remedy="Relax or drop one of them.",
             )
-        ways = [self._ranked(looked_at, way) for way in possible]
-        ways = sorted((way for way in ways if way), key=lambda way: way[0].missed)
-        for ranked in ways:
-            if found and ranked[0].missed > FAR_OFF:
-                break
-            pairs = brackets(self.material, looked_at, ranked) if self._is_one_equation else []
-            tries = (self._between(*pair) for pair in pairs)
-            for verified in tries if pairs else map(self._solved, ranked[: 1 if found else STARTS]):
-                if verified is not None and self._is_new(verified, found):
-                    found.append(verified)
-        closest = None if found else self._closest([ranked[0] for ranked in ways])
-        if isinstance(closest, Verified):
-            found, closest = [closest], None
-        # What meets the targets but has not come to an optimum is the last resort.
-        found.sort(key=lambda v: (not v.settled, self._preference(v)))
-        return Found(tuple(found), closest, tuple(looked_at))
+        of = of or stuff.free[0]
+        objective = np.array([float(name == of) for name in stuff.free]) * (-1.0 if maximise else 1.0)
+        return cls(stuff, wanted, law, objective, of, square, float(tol))
 
-    def _ranked(self, found: Sequence[np.ndarray], way: tuple[Requirement, ...]) -> list[Candidate]:
-        """Samples on which all requirements have a value, the most promising first."""
-        candidates = [c for z in found if (c := candidate(self.material, z, way)) is not None]
-        return sorted(candidates, key=lambda c: (c.missed, float(self.objective @ c.z)))
+    def run(self) -> tuple[list[Reached], Reached | None, list[np.ndarray]]:
+        """Return designs, the best first; else what comes closest, if anything; and where it was looked."""
+        given = self.material.start
+        found, closest, looked_at = [], [], self._samples()
+        if self.square and len(self.targets) == 1:
+            roots = along_one(lambda z: None if self._unknown(z) else float(self._gaps(z)[0]), looked_at)
+            found = [r for z in roots if (r := self._reached(z)).missed <= self.tol]
+        elif self.square and given is not None and not self._unknown(given):
+            found = [r for r in [self._from(given)] if r.missed <= self.tol]
+        if not found:
+            starts = [z for z in looked_at if not self._unknown(z)]
+            starts.sort(key=lambda z: (self._missed(z), float(self.objective @ z)))
+            for reached in map(self._from, starts[:STARTS]):
+                (found if reached.missed <= self.tol else closest).append(reached)
+        found.sort(key=lambda r: (not r.settled, self._preference(r)))
+        distinct: list[Reached] = []
+        for reached in found:
+            if all(np.abs(reached.z - other.z).max() > 1e3 * self.tol for other in distinct):
+                distinct.append(reached)
+        return distinct, min(closest, key=lambda r: r.missed, default=None), looked_at
 
-    # --- the programme --------------------------------------------------------------------
+    # --- what is known at a design ------------------------------------------------------------
 
-    @property
-    def _is_one_equation(self) -> bool:
-        """Whether one number is to meet one target exactly."""
-        return self.square and len(self.targets) == 1
-
-    def _between(self, left: Candidate, right: Candidate) -> Verified | None:
-        """Solve from either end of a bracket: the start that leads out of it is of another design."""
-        verified = None
-        for start in sorted((left, right), key=lambda c: c.missed):
-            verified = self._solved(start) or verified
-            if verified is not None and left.z[0] <= verified.z[0] <= right.z[0]:
-                return verified
-        return verified
-
-    def _solved(self, start: Candidate, *, possible: bool = False) -> Verified | None:
-        """Solve and confirm: a square problem in one go if that succeeds, else in steps.
-
-        A price below a multiplier buys the objective with targets that could be met.  So it is
-        raised while they are missed: as far as it goes where they are known to be ``possible``,
-        else while that brings the targets closer.
-        """
-        if self.square:
-            outcome = self._programme(start, elastic=False)
-            if outcome.solved and (verified := self._verified(outcome, start.requirements)) is not None:
-                return verified
-        here, price, most = start, PRICE, math.inf
-        while True:
-            here, last, settled = self._walk(here, self.objective, price)
-            if last is None:
-                return None
-            if (verified := self._verified(last, here.requirements)) is not None:
-                return replace(verified, settled=settled)
-            if not last.pays or price >= LAST_PRICE or not (possible or here.missed < most):
-                return None
-            price, most = PRICE_FACTOR * price, WORTH_ITS_PRICE * here.missed
-
-    def _walk(
-        self, start: Candidate, objective: np.ndarray, price: float = PRICE
-    ) -> tuple[Candidate, Outcome | None, bool]:
-        """Descend in steps of limited reach; every one ends at states that are solved for anew.
-
-        So the phases may change from step to step, and a step that has slipped to another state
-        is seen by what its own states miss, and taken back.  Also says whether the last step
-        ended at an optimum within its reach.
-        """
-        here, reach, most, iterations = start, REACH, math.inf, 0
-        last: Outcome | None = None
-
-        def merit(reached: Candidate) -> float:
-            return float(objective @ reached.z) + price * reached.missed
-
-        for _ in range(MOST_STEPS):
-            outcome = self._programme(here, elastic=True, objective=objective, reach=reach, price=price)
-            iterations += outcome.iterations
-            there = candidate(self.material, outcome.z, here.requirements) if outcome.solved else None
-            if there is None or merit(there) > merit(here) + SETTLED * price:
-                reach, most = 0.25 * reach, 0.5 * reach
-                if reach < SHORTEST_REACH:
-                    break
-                continue
-            ended = float(np.abs(there.z - here.z).max()) < 0.999 * reach and there.alike(here)
-            here, last, most = there, replace(outcome, iterations=iterations), 1.5 * most
-            if ended:
-                return here, last, True
-            reach = min(2.0 * reach, most)
-        return here, last, False
-
-    def _programme(
-        self,
-        here: Candidate,
-        *,
-        elastic: bool,
-        objective: np.ndarray | None = None,
-        reach: float = math.inf,
-        price: float = PRICE,
-    ) -> Outcome:
-        weights = self.objective if objective is None else objective
-        return design_programme.solve(
-            self.material, here.blocks, here.z, weights, elastic=elastic, reach=reach, price=price
-        )
-
-    def _verified(self, outcome: Outcome, requirements: tuple[Requirement, ...]) -> Verified | None:
-        """Return a design if the public calls confirm it."""
-        achieved = self.achieved(outcome.z)
-        if achieved is None or self._missed(achieved) > self.tol:
-            return None
-        return Verified(outcome.z, achieved, requirements, outcome.multipliers, outcome.iterations)
-
-    def achieved(self, z: np.ndarray) -> tuple[Achieved, ...] | None:
-        """Ask the public calls; None where the rod has no such state."""
+    def _at(self, z: np.ndarray, i: int, slopes: bool = False) -> tuple[float, np.ndarray]:
+        """Gap of a target, and on demand the gradient of its logarithm."""
+        key, target = (z.tobytes(), i), self.targets[i]
         rod = self.material.rod(z)
+        gap, gradient = self._known.get(key) or (target.gap(target.value_at(rod, self.law)), np.empty(0))
+        if slopes and not gradient.size:
+            gradient = target.elasticities(rod, self.law) @ self.material.matrix
+        self._known[key] = gap, gradient
+        return gap, gradient
+
+    def _unknown(self, z: np.ndarray) -> bool:
+        """Whether the rod lacks a state that a target is about."""
         try:
-            return tuple(t.achieved(rod, self.tol) for t in self.targets)
+            self._gaps(z)
         except PeelOptError:
-            return None
+            return True
+        return False
 
-    def _missed(self, achieved: Sequence[Achieved]) -> float:
-        return max(t.shortfall(a.value) for t, a in zip(self.targets, achieved, strict=True))
+    def _gaps(self, z: np.ndarray) -> np.ndarray:
+        return np.array([self._at(z, i)[0] for i in range(len(self.targets))])
 
-    def _is_new(self, verified: Verified, found: Sequence[Verified]) -> bool:
-        return all(np.abs(verified.z - other.z).max() > 1e3 * self.tol for other in found)
+    def _slopes(self, z: np.ndarray) -> np.ndarray:
+        return np.array([self._at(z, i, slopes=True)[1] for i in range(len(self.targets))])
 
-    def _preference(self, verified: Verified) -> float:
+    def _missed(self, z: np.ndarray) -> float:
+        return float(max(t.missed(gap) for t, gap in zip(self.targets, self._gaps(z), strict=True)))
+
+    def _samples(self) -> list[np.ndarray]:
+        """Designs within the bounds whose branch can be walked; the given one first."""
+        stuff = self.material
+        first = [] if stuff.start is None or not stuff.in_range(stuff.start) else [stuff.start]
+        if len(stuff.free) == 1:
+            return within(stuff, first)
+        from scipy.stats.qmc import Halton
+
+        points = Halton(len(stuff.free), scramble=False).random(64 * SAMPLES)
+        grid = (stuff.lower + (stuff.upper - stuff.lower) * p for p in points)
+        return first + [z for z in grid if stuff.in_range(z)][:SAMPLES]
+
+    # --- SLSQP ---------------------------------------------------------------------------------
+
+    def _from(self, start: np.ndarray) -> Reached:
+        """Meet the targets as well as can be; descend from there if they are met."""
+        closest, iterations = self._closest(start)
+        if self.square or self._missed(closest) > self.tol:
+            return self._reached(closest, iterations)
+        best, more = self._best(closest)
+        return self._reached(best, iterations + more)
+
+    def _closest(self, start: np.ndarray) -> tuple[np.ndarray, int]:
+        """Make the largest shortfall as small as it gets: min t, with every shortfall up to t."""
+        m = len(start)
+        last = np.eye(m + 1)[m]
+
+        signs = np.array([s for t in self.targets for s in _signs(t)])
+        rows = [i for i, t in enumerate(self.targets) for _ in _signs(t)]
+
+        def gradient(u: np.ndarray) -> np.ndarray:
+            return np.column_stack([signs[:, None] * self._slopes(u[:m])[rows], np.ones(len(rows))])
+
+        within_t = {"type": "ineq", "fun": lambda u: signs * self._gaps(u[:m])[rows] + u[m], "jac": gradient}
+        constraints = [within_t, self._in_range(m + 1)]
+
+        def search(z: np.ndarray, low: np.ndarray, high: np.ndarray) -> OptimizeResult:
+            bounds = [*zip(low, high, strict=True), (0.0, None)]
+            return _slsqp(last, np.append(z, self._missed(z)), bounds, constraints)
+
+        return self._steps(start, search, self._missed, lambda z: self._missed(z) <= 1e-2 * self.tol)
+
+    def _best(self, start: np.ndarray) -> tuple[np.ndarray, int]:
+        """Descend the objective from a design that meets the targets."""
+        constraints = [self._in_range(len(start))]
+        for kind, equal in (("eq", True), ("ineq", False)):
+            rows = [i for i, t in enumerate(self.targets) if (t.sense == "equal") is equal]
+            signs = np.array([_signs(self.targets[i])[0] for i in rows])
+            if rows:
+                constraints.append(
+                    {
+                        "type": kind,
+                        "fun": lambda z, signs=signs, rows=rows: signs * self._gaps(z)[rows],
+                        "jac": lambda z, signs=signs, rows=rows: signs[:, None] * self._slopes(z)[rows],
+                    }
+                )
+
+        def search(z: np.ndarray, low: np.ndarray, high: np.ndarray) -> OptimizeResult:
+            return _slsqp(self.objective, z, [*zip(low, high, strict=True)], constraints)
+
+        def merit(z: np.ndarray) -> float:
+            return float(self.objective @ z) if self._missed(z) <= self.tol else math.inf
+
+        return self._steps(start, search, merit, lambda z: self._balance(z)[1])
+
+    def _steps(
+        self,
+        start: np.ndarray,
+        search: Callable[[np.ndarray, np.ndarray, np.ndarray], OptimizeResult],
+        merit: Callable[[np.ndarray], float],
+        done: Callable[[np.ndarray], bool],
+    ) -> tuple[np.ndarray, int]:
+        """Search within reach, from what the last search found, as long as the reach is what ends it.
+
+        Where a search meets rods without the state asked for, or finds nothing better, the reach is
+        taken back.
+        """
+        here, reach, iterations = start, REACH, 0
+        for _ in range(MOST_SEARCHES):
+            if reach < SHORTEST_REACH or done(here):
+                break
+            low = np.maximum(self.material.lower, here - reach)
+            high = np.minimum(self.material.upper, here + reach)
+            try:
+                found = search(here, low, high)
+                there = np.clip(found.x[: len(here)], low, high)
+                better = merit(there) < merit(here)
+            except PeelOptError:
+                reach *= 0.25
+                continue
+            iterations += int(found.nit)
+            at_reach = bool(np.any(np.abs(there - here) > 0.999 * reach))
+            if better:
+                here = there
+            elif found.success:
+                break
+            reach *= 2.0 if better and at_reach else 0.25 if not better else 1.0
+        return here, iterations
+
+    def _in_range(self, size: int) -> dict[str, Any]:
+        """Keep eta/y0 where the branch can be walked."""
+        constant, slopes = self.material.log_ratio
+        low, high = math.log(RATIOS[0]) + MARGIN, math.log(RATIOS[1]) - MARGIN
+        row = np.zeros(size)
+        row[: len(slopes)] = slopes
+
+        def room(u: np.ndarray) -> np.ndarray:
+            ratio = constant + row @ u
+            return np.array([ratio - low, high - ratio])
+
+        return {"type": "ineq", "fun": room, "jac": lambda _: np.array([row, -row])}
+
+    # --- what came out -------------------------------------------------------------------------
+
+    def _reached(self, z: np.ndarray, iterations: int = 0) -> Reached:
+        """Confirm what was found by the public calls."""
+        rod = self.material.rod(z)
+        achieved = tuple(t.achieved(rod, self.law) for t in self.targets)
+        missed = max(t.shortfall(a.value) for t, a in zip(self.targets, achieved, strict=True))
+        multipliers, settled = self._balance(z)
+        return Reached(z, achieved, missed, iterations, multipliers, settled)
+
+    def _balance(self, z: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Multipliers of the targets by least squares, and whether they make an optimum.
+
+        grad(objective) = sum of multiplier times gradient over the targets and bounds that bind, where
+        those of inequalities push inwards.
+        """
+        stuff, multipliers = self.material, np.zeros(len(self.targets))
+        try:
+            gaps, slopes = self._gaps(z), self._slopes(z)
+        except PeelOptError:
+            return multipliers, False
+        binding = [i for i, t in enumerate(self.targets) if t.sense == "equal" or abs(gaps[i]) < BINDING]
+        senses = [{"equal": 0.0, "at_least": 1.0, "at_most": -1.0}[self.targets[i].sense] for i in binding]
+        constant, ratio = stuff.log_ratio
+        at = constant + float(ratio @ z)
+        low, high = (math.log(r) for r in RATIOS)
+        rows = [*slopes[binding]]
+        for row, below, above in [
+            *zip(np.eye(len(z)), z - stuff.lower, stuff.upper - z, strict=True),
+            (ratio, at - low - MARGIN, high - MARGIN - at),
+        ]:
+            if min(below, above) < BINDING:
+                rows.append(row)
+                senses.append(1.0 if below < above else -1.0)
+        if not rows:
+            return multipliers, False
+        columns = np.array(rows).T
+        found = np.linalg.lstsq(columns, self.objective)[0]
+        multipliers[binding] = found[: len(binding)]
+        rest = float(np.abs(columns @ found - self.objective).max())
+        return multipliers, rest < STATIONARY and bool(np.all(np.array(senses) * found > -STATIONARY))
+
+    def _preference(self, reached: Reached) -> float:
         """The objective; in a square problem the distance from the given rod."""
         if not self.square or self.material.start is None:
-            return float(self.objective @ verified.z)
-        return float(np.abs(verified.z - self.material.start).max())
-
-    def _closest(self, starts: Sequence[Candidate]) -> Reached | Verified | None:
-        """Relax the targets; take the design up from there, or return what comes closest."""
-        reached: list[Reached] = []
-        for start in starts:
-            relaxed, _, _ = self._walk(start, np.zeros_like(self.objective))
-            for place in (relaxed.z, start.z):
-                achieved = self.achieved(place)
-                if achieved is not None:
-                    reached.append(Reached(place, achieved, self._missed(achieved)))
-            met = reached and min(r.missed for r in reached) <= self.tol
-            if met and (verified := self._solved(relaxed, possible=True)) is not None:
-                return verified
-        return min(reached, key=lambda r: r.missed, default=None)
+            return float(self.objective @ reached.z)
+        return float(np.abs(reached.z - self.material.start).max())
 
 
-def _contradictory(way: Sequence[Requirement]) -> bool:
-    """Whether two requirements on the same quantity exclude each other."""
-    for a, b in product(way, way):
-        same = a.quantity == b.quantity and a.given == b.given
-        if same and a.sense != "at_most" and b.sense != "at_least" and a.value > b.value:
-            return True
-    return False
+def _slsqp(
+    weights: np.ndarray, start: np.ndarray, bounds: Any, constraints: list[dict[str, Any]]
+) -> OptimizeResult:
+    return minimize(
+        lambda u: float(weights @ u),
+        start,
+        jac=lambda _: weights,
+        bounds=bounds,
+        constraints=constraints,
+        method="SLSQP",
+        options={"ftol": 1e-13, "maxiter": 60},
+    )
+
+
+def _signs(target: Target) -> tuple[float, ...]:
+    """Signs of the gap that may not fall below zero."""
+    return {"equal": (1.0, -1.0), "at_least": (1.0,), "at_most": (-1.0,)}[target.sense]
+
+
+def _require_meaning(stuff: Material, known: Rod | Mapping[str, object], targets: Sequence[Target]) -> None:
+    """Refuse what is defined by law (8) alone, where the law is another."""
+    if "work_of_separation" in stuff.free or (isinstance(known, Mapping) and "work_of_separation" in known):
+        raise InvalidInput(
+            "work_of_separation is T0 y0 / 2, which belongs to law (8).",
+            remedy="Give adhesion_strength and adhesion_range.",
+        )
+    if any(t.quantity == "maxwell_length" for t in targets):
+        raise InvalidInput("the Maxwell length belongs to law (8).", remedy="Leave out law=.")
+
+
+def _exclude(a: Target, b: Target) -> bool:
+    """Whether a bounds the quantity of b from below, above what b allows."""
+    same = a.quantity == b.quantity and a.given == b.given
+    return same and a.sense != "at_most" and b.sense != "at_least" and a.value > b.value

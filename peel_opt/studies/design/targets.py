@@ -5,19 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from ...analysis.design_relations import maxwell_length, maxwell_note
-from ...analysis.flaws import critical_flaw, readhesion_pressure
+import numpy as np
+
+from ...analysis.design_relations import maxwell_exponent, maxwell_length, maxwell_note
+from ...analysis.flaws import readhesion_pressure
 from ...analysis.maxwell_derivative import maxwell_gradient
+from ...analysis.sensitivities import sensitivities
 from ...base.errors import InvalidInput, NoEquilibrium
 from ...base.units import LENGTH, PRESSURE, Kind, display, parse
 from ...equilibria.ask import length_given_pressure, pressure_given_length
-from ...model.rod import Rod
+from ...equilibria.result import Equilibrium
+from ...model.bond import CohesiveLaw
+from ...model.rod import MATERIAL, Rod
 
 #: The quantities a target may set: what each measures, and what has to be given with it.
 QUANTITIES: dict[str, tuple[Kind, str]] = {
     "pressure": (PRESSURE, "length"),
     "length": (LENGTH, "pressure"),
-    "critical_flaw": (LENGTH, "pressure"),
     "readhesion_pressure": (PRESSURE, ""),
     "maxwell_length": (LENGTH, ""),
 }
@@ -34,30 +38,13 @@ class Achieved:
     ----------
     value, error : float
         In SI units, with the error the call gives.
-    note : str
-        What is to be said about the value.
+    state : str
+        Of the equilibrium, where it is one.
     """
 
     value: float
     error: float
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Requirement:
-    """One constraint of the programme: a smooth quantity and its bound, in SI units.
-
-    ``quantity`` is that of a target, or "strength" for T0 itself; ``given`` is 0 where nothing is.
-    """
-
-    quantity: str
-    given: float
-    sense: str
-    value: float
-
-    def is_value_of(self, target: Target) -> bool:
-        """Whether it bounds the target's own quantity, and not another one that implies it."""
-        return self == target.alternatives()[0]
+    state: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,8 +54,8 @@ class Target:
     Parameters
     ----------
     quantity : str
-        "pressure" that holds a ``length``, "length" that a ``pressure`` holds, "critical_flaw"
-        under a ``pressure``, "readhesion_pressure", or "maxwell_length".
+        "pressure" that holds a ``length``, "length" that a ``pressure`` holds,
+        "readhesion_pressure", or "maxwell_length".
     equal, at_least, at_most : float or str
         One of them.
     length, pressure : float or str, optional
@@ -81,8 +68,8 @@ class Target:
 
     Examples
     --------
-    >>> Target("critical_flaw", at_least="1 mm", pressure="5 kPa")
-    Target(critical_flaw at 5.0000 kPa at least 1.00000 mm)
+    >>> Target("length", at_least="1 mm", pressure="5 kPa")
+    Target(length at 5.0000 kPa at least 1.00000 mm)
     """
 
     quantity: str
@@ -131,32 +118,55 @@ class Target:
     def __repr__(self) -> str:
         return f"Target({self.label} {SENSES[self.sense]} {self.shown(self.value)})"
 
-    def alternatives(self) -> tuple[Requirement, ...]:
-        """Return the constraints any one of which meets the target.
+    def shown(self, value: float) -> str:
+        """Write a value of the quantity."""
+        return display(value, self.unit, 6)
 
-        A critical flaw is as long as one likes below the readhesion pressure, where every flaw
-        heals, and as short as one likes from T0 on, where every one grows.
-        """
-        own = Requirement(self.quantity, self.given, self.sense, self.value)
-        if self.quantity != "critical_flaw":
-            return (own,)
-        own = Requirement("length", self.given, self.sense, self.value)
-        if self.sense == "at_least":
-            return (own, Requirement("readhesion_pressure", 0.0, "at_least", self.given))
-        if self.sense == "at_most":
-            return (own, Requirement("strength", 0.0, "at_most", self.given))
-        return (own,)
-
-    def shown(self, value: float, note: str = "") -> str:
-        """Write a value of the quantity; the note where it is none."""
-        return display(value, self.unit, 6) if 0.0 < value < math.inf else note
+    def gap(self, value: float) -> float:
+        """Logarithm by which a value exceeds the target's; negative below."""
+        return math.log(value / self.value)
 
     def shortfall(self, value: float) -> float:
         """How far a value misses the target, as a logarithm; 0 where it is met."""
-        return shortfall(self.sense, value, self.value)
+        return self.missed(self.gap(value))
 
-    def achieved(self, rod: Rod, tol: float) -> Achieved:
-        """Ask the public function for the quantity.
+    def missed(self, gap: float) -> float:
+        """What a gap leaves to be met."""
+        return {"equal": abs(gap), "at_least": max(-gap, 0.0), "at_most": max(gap, 0.0)}[self.sense]
+
+    def value_at(self, rod: Rod, law: str | CohesiveLaw) -> float:
+        """Value [SI] of the quantity, by the quickest call that gives all its digits.
+
+        Raises
+        ------
+        NoEquilibrium
+            If the rod has none.
+        """
+        if self.quantity == "maxwell_length":
+            return _maxwell(rod)
+        if self.quantity == "readhesion_pressure":
+            return sensitivities(rod, self.quantity, law=law).value
+        return float(getattr(self._equilibrium(rod, law), self.quantity))
+
+    def elasticities(self, rod: Rod, law: str | CohesiveLaw) -> np.ndarray:
+        """Return d log quantity by log k, log T0 and log y0, shape (3,).
+
+        Raises
+        ------
+        AtFold
+            If the state of the quantity comes to its end at this rod.
+        """
+        if self.quantity == "maxwell_length":
+            by_eta = float(maxwell_exponent(rod.ratio, "branch"))
+            return np.array([by_eta / 3.0, -by_eta / 3.0, 1.0 - by_eta])
+        if self.quantity == "readhesion_pressure":
+            found = sensitivities(rod, self.quantity, law=law)
+        else:
+            found = sensitivities(self._equilibrium(rod, law))
+        return np.array([found.elasticities[name] for name in MATERIAL])
+
+    def achieved(self, rod: Rod, law: str | CohesiveLaw) -> Achieved:
+        """Ask the public call for the quantity, and for its error.
 
         Raises
         ------
@@ -164,42 +174,27 @@ class Target:
             If the rod has none.
         """
         if self.quantity == "readhesion_pressure":
-            limit = readhesion_pressure(rod)
+            limit = readhesion_pressure(rod, law=law)
             return Achieved(limit.pressure, rod.pressure(limit.error))
         if self.quantity == "maxwell_length":
-            return _maxwell(rod)
+            length = _maxwell(rod)
+            solved = rod.length(maxwell_gradient(rod.ratio).value)  # the Maxwell point itself
+            return Achieved(length, abs(length - solved) + 1e-12 * length)
+        eq = self._equilibrium(rod, law)
         if self.quantity == "pressure":
-            eq = pressure_given_length(rod, self.given)
             return Achieved(eq.pressure, rod.pressure(eq.error), eq.state)
-        if self.quantity == "critical_flaw":
-            return self._critical_flaw(rod, tol)
-        eq = length_given_pressure(rod, self.given)
         return Achieved(eq.length, rod.length(eq.error), eq.state)
 
-    def _critical_flaw(self, rod: Rod, tol: float) -> Achieved:
-        if self.given >= rod.adhesion_strength * (1.0 - tol):
-            return Achieved(0.0, 0.0, "every flaw grows: the pressure is not below T0")
-        least = readhesion_pressure(rod).pressure
-        if self.sense == "at_least" and self.given <= least * (1.0 + tol):
-            return Achieved(
-                math.inf, 0.0, "every flaw heals: the pressure is not above the readhesion pressure"
-            )
-        eq = critical_flaw(rod, self.given)
-        return Achieved(eq.length, rod.length(eq.error), eq.state)
+    def _equilibrium(self, rod: Rod, law: str | CohesiveLaw) -> Equilibrium:
+        ask = pressure_given_length if self.quantity == "pressure" else length_given_pressure
+        return ask(rod, self.given, law=law)
 
 
-def shortfall(sense: str, value: float, wanted: float) -> float:
-    """How far a value misses a bound, as a logarithm; 0 where it is met."""
-    gap = math.log(value / wanted) if 0.0 < value < math.inf else (math.inf if value > 0.0 else -math.inf)
-    return {"equal": abs(gap), "at_least": max(-gap, 0.0), "at_most": max(gap, 0.0)}[sense]
-
-
-def _maxwell(rod: Rod) -> Achieved:
-    """By the interpolated curve; its error by solving for the Maxwell point itself."""
+def _maxwell(rod: Rod) -> float:
+    """sbar_M [m] on the interpolated curve."""
     ratio = maxwell_length(rod.ratio, "branch")
     if not math.isfinite(ratio):
         raise NoEquilibrium(
             f"no Maxwell length at eta/y0 = {rod.ratio:.4g}: {maxwell_note(rod.ratio, 'branch')}."
         )
-    length = ratio * rod.adhesion_range
-    return Achieved(length, abs(length - rod.length(maxwell_gradient(rod.ratio).value)) + 1e-12 * length)
+    return float(ratio * rod.adhesion_range)

@@ -1,4 +1,4 @@
-"""Flaw charts in SI units for every material card: when a flaw grows and when it heals."""
+"""Charts of held lengths in SI units for every material card: which flap is in equilibrium at a pressure."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from pathlib import Path
 
 import peel_opt as po
 from peel_opt.app.cards import Card, load_any, load_card
-from peel_opt.plots import plot_flaw_chart, save_figure
+from peel_opt.plots import plot_held_lengths, save_figure
 
 CARDS = Path(__file__).parent.parent / "problems"
 
 
 def limits() -> dict[str, tuple[float, float]]:
-    """Pressures [Pa] of each material at which it re-adheres and at which its bond fails."""
+    """Pressures [Pa] of each material between which a detached equilibrium exists."""
     found = {}
     for path in sorted(CARDS.glob("*.toml")):
         card = load_any(path)
@@ -32,7 +32,8 @@ def main(out: Path | None = None) -> dict[str, tuple[float, float]]:
         assert out is not None
         rod = load_card(CARDS / f"{name}.toml").rod()
         branch = po.trace(rod, points=48, tol=1e-7)
-        save_figure(plot_flaw_chart(branch).figure, out / f"{name}.png")
+        out.mkdir(parents=True, exist_ok=True)
+        save_figure(plot_held_lengths(branch).figure, out / f"{name}.png")
     return found
 
 
@@ -40,4 +41,4 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, help="write the charts to this folder")
     for name, (low, high) in main(parser.parse_args().out).items():
-        print(f"{name:<16} re-adheres below {low:12.6g} Pa, bond fails at {high:12.6g} Pa")
+        print(f"{name:<16} equilibria from {low:12.6g} Pa to {high:12.6g} Pa, where the bond fails")
