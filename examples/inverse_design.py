@@ -1,8 +1,8 @@
 """Which stiffness a wound dressing needs, by its Maxwell length and by what is in equilibrium on it.
 
 A dressing of silicone on skin: work of separation 10 J/m^2, strength 20 kPa, both by order of
-magnitude.  The suction of a vacuum therapy, 10 kPa, must not peel it on from a lifted edge 6 mm
-long; and it should lie flat again by itself once the pressure is below 0.5 kPa.
+magnitude.  Under the suction of a vacuum therapy, 10 kPa, the flap in equilibrium shall be at least
+6 mm long; and below 0.5 kPa no flap shall be left, in a bond that heals.
 """
 
 import peel_opt as po

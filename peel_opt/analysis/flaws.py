@@ -178,5 +178,5 @@ def minimum_pressure(branch: PrimaryBranch) -> Located:
         )
     raise NotConverged(
         f"the minimum pressure at eta/y0 = {ratio:.4g} was not reached.",
-        remedy="Check that the ratio lies between 0.005 and 3000.",
+        remedy="Check that the ratio lies between 0.005 and 3000; laws other than (8) may have none.",
     )

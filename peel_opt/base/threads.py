@@ -16,7 +16,7 @@ import casadi as ca
 from threadpoolctl import OpenBLASController, ThreadpoolController, register
 
 
-class _CasadiBLAS(OpenBLASController):  # type: ignore[misc]
+class _CasadiBLAS(OpenBLASController):
     """The BLAS that CasADi brings for its own products, and for IPOPT; not known to threadpoolctl."""
 
     filename_prefixes = ("libcasadi-tp-openblas",)

@@ -86,7 +86,8 @@ def test_a_holding_pressure_is_the_lowest_of_the_unfolded_states() -> None:
     lower = holding_pressure(rod, middle.length)
     assert lower.state == "lower"
     assert lower.pressure == pytest.approx(64.7e3, rel=1e-3)
-    pressures = [eq.pressure for eq in po.equilibria(rod, length=middle.length) if eq.state != "folded"]
+    states = po.equilibria(rod, length=middle.length)
+    pressures = [eq.pressure for eq in states if eq.state in ("middle", "lower")]
     assert min(pressures) == pytest.approx(lower.pressure, rel=1e-8)
     assert max(pressures) == pytest.approx(120e3, rel=1e-6)
     for pressure in (30e3, 50e3, 80e3):
@@ -129,15 +130,26 @@ def test_nobody_promises_that_a_flaw_is_safe() -> None:
             getattr(po, name)
 
 
-def test_limits_under_other_laws() -> None:
-    """The least pressure of a traced branch, under a law of one's own and where there is none."""
+def test_limits_under_another_law() -> None:
+    """The least pressure under exp(-u): what is held beside it, and its derivative by differences."""
+    rod, law = po.Rod.from_ratio(1.0), po.exponential()
+    least = readhesion_pressure(rod, law=law).pressure
+    assert held_length(rod, 1.001 * least, law=law).state in ("middle", "lower")
+    with pytest.raises(po.NoEquilibrium):
+        held_length(rod, 0.999 * least, law=law)
+    length = held_length(rod, 0.6, law=law).length
+    assert held_length(rod, holding_pressure(rod, length, law=law).pressure, law=law).length == pytest.approx(
+        length, rel=1e-8
+    )
+    found = po.sensitivities(rod, "readhesion_pressure", law=law)
+    assert found.value == pytest.approx(least, rel=1e-10)
+    around = [readhesion_pressure(po.Rod.from_ratio(r), law=law).pressure for r in (0.999, 1.001)]
+    assert found.dimensionless["ratio"] == pytest.approx((around[1] - around[0]) / 0.002, rel=1e-5)
+
+
+def test_limits_that_a_law_does_not_have() -> None:
     rod = po.Rod.from_ratio(1.0)
-    law = po.trapezoidal(0.4)
-    branch = po.trace(rod, law=law, points=40, tol=1e-6)
-    (fold,) = [s for s in branch.specials if s.kind == "LP-pressure"][:1]
-    least = readhesion_pressure(rod, law=law)
-    assert least.pressure == pytest.approx(float(branch.pressure[fold.index]), rel=1e-8)
-    eq = held_length(rod, 0.6, law=law)
-    assert holding_pressure(rod, eq.length, law=law).pressure == pytest.approx(0.6, rel=1e-7)
-    with pytest.raises(po.PeelOptError):
-        readhesion_pressure(rod, law="linear")
+    with pytest.raises(po.InvalidInput, match="belongs to"):
+        po.sensitivities(rod, "maxwell_length", law=po.exponential())
+    with pytest.raises(po.InvalidInput, match="its own law"):
+        po.sensitivities(held_length(rod, 0.6), law="linear")

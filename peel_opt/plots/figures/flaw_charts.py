@@ -25,7 +25,7 @@ def figure_held_lengths(points: int = 60) -> Figure:
         look.tidy(ax, title=rf"{name}, $\eta/y_0 = {float(f'{rod.ratio:.3g}'):g}$")
     look.footnote(
         figure,
-        "Law (8).  Dashed: the unfolded flap in equilibrium, which nothing holds there; its length contains the"
-        " cohesive zone.  Dot: T.  Diamond: minimum pressure, below which no detached equilibrium exists.",
+        "Law (8).  Dashed: unfolded flap in equilibrium, which nothing holds there; its length contains the"
+        " cohesive zone.  Dot: T.  Diamond: minimum pressure, below which there is no equilibrium.",
     )
     return figure
