@@ -62,7 +62,9 @@ class Search(DesignProblem):
     def run(self) -> tuple[list[Reached], Reached | None, list[np.ndarray]]:
         """Return designs, the best first; else what comes closest, if anything; and where it was looked."""
         given = self.material.start
-        found, closest, looked_at = [], [], self._samples()
+        looked_at = self._samples()
+        found: list[Reached] = []
+        closest: list[Reached] = []
         if self.square and len(self.targets) == 1:
             roots = along_one(lambda z: None if self._unknown(z) else float(self._gaps(z)[0]), looked_at)
             found = [r for z in roots if (r := self._reached(z)).missed <= self.tol]
