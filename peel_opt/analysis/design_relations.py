@@ -15,7 +15,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..base.arrays import floats, in_si
+from ..base.arrays import in_si
 from ..base.errors import InvalidInput
 from ..base.roots import zeros
 from ..equilibria.trace import trace
@@ -43,14 +43,6 @@ class CurveLike(Protocol):
         """lambda_M."""
 
 
-def equation_of_state(rod: Rod, pressure: Any, length: Any, form: NormalForm | None = None) -> np.ndarray:
-    """Left side of (37) [Pa^3]; it vanishes on the detached branch and at p = T0."""
-    form, sigma = _quadratic(form), _length_ratio(rod, length)
-    T0 = rod.adhesion_strength
-    excess = floats("pressure", pressure, _unit(rod, "Pa")) - T0
-    return excess**3 + form.a2 * T0 * excess**2 + form.a1 * _scaled_lambda(rod.ratio, sigma) * T0**2 * excess
-
-
 def pressure_profile(rod: Rod, length: Any, form: NormalForm | None = None) -> np.ndarray:
     """Pressure [Pa] on the lower branch at detached lengths [m], (38) and Fig 8.
 
@@ -65,16 +57,6 @@ def pressure_profile(rod: Rod, length: Any, form: NormalForm | None = None) -> n
 def fold_pressure(rod: Rod, form: NormalForm | None = None) -> float:
     """p_F [Pa] of (39)."""
     return rod.adhesion_strength * (1.0 - _quadratic(form).a2 / 2.0)
-
-
-def maxwell_pressure(rod: Rod, form: NormalForm | None = None) -> float:
-    """p_M [Pa] of (40)."""
-    return rod.adhesion_strength * (1.0 - 2.0 * _quadratic(form).a2 / 3.0)
-
-
-def plateau_pressure(rod: Rod, form: NormalForm | None = None) -> float:
-    """p_infinity [Pa] of (41): the limit of (38), of no solution of (12)."""
-    return rod.adhesion_strength * (1.0 - _quadratic(form).a2)
 
 
 def maxwell_length(

@@ -67,6 +67,28 @@ def test_range_for_a_readhesion_pressure() -> None:
     assert found.elasticities[target.label] == pytest.approx(1.0 / forward, rel=1e-6)
 
 
+def test_a_design_under_another_law() -> None:
+    target = po.Target("pressure", equal="70 kPa", length="1.9 mm")
+    free = {"bending_stiffness": (1.5e-5, 4e-5)}
+    found = po.design(ROD, free=free, targets=target, law=po.exponential())
+    eq = po.pressure_given_length(found.rod, 1.9e-3, law=po.exponential())
+    assert eq.pressure == pytest.approx(70e3, rel=1e-8)
+    forward = po.sensitivities(eq).elasticities["bending_stiffness"]
+    assert found.elasticities[target.label] == pytest.approx(1.0 / forward, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "free", "target"),
+    [
+        ("belongs to law", "work_of_separation", po.Target("readhesion_pressure", equal=2e4)),
+        ("Maxwell length belongs", "bending_stiffness", po.Target("maxwell_length", equal=2e-3)),
+    ],
+)
+def test_what_belongs_to_law_8_alone(words: str, free: str, target: po.Target) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        po.design(ROD, free=free, targets=target, law=po.exponential())
+
+
 def test_two_numbers_for_two_targets() -> None:
     targets = [
         po.Target("maxwell_length", equal="2 mm"),
@@ -290,6 +312,7 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ),
     ("needs a unit", lambda: po.Target("maxwell_length", equal="2")),
     ("unknown target", lambda: po.Target("strength", equal="2 Pa")),
+    ("unknown target", lambda: po.Target("critical_flaw", at_least="2 mm", pressure="60 kPa")),
     ("needs one of equal", lambda: po.Target("maxwell_length")),
     ("needs one of equal", lambda: po.Target("maxwell_length", equal=1.0, at_most=2.0)),
     ("needs pressure=", lambda: po.Target("length", equal="1 mm")),
