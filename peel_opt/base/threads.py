@@ -39,18 +39,22 @@ def _libraries() -> list[Any]:
 class _OneThread(ContextDecorator):
     """Hold BLAS on one thread from the first entry to the last exit, from whatever thread.
 
-    The number of BLAS threads belongs to the process, so that those who hold it are counted.
+    The number of BLAS threads belongs to the process, so that those who hold it are counted.  OpenBLAS
+    may ignore what another thread than the main one asks for: what could not be given back by it is
+    given back after the next call.
     """
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self.holders = 0
         self.before: list[int] = []
+        self.owed = False
 
     def __enter__(self) -> None:
         with self.lock:
             if self.holders == 0:
-                self.before = [library.get_num_threads() for library in _libraries()]
+                if not self.owed:
+                    self.before = [library.get_num_threads() for library in _libraries()]
                 for library in _libraries():
                     library.set_num_threads(1)
             self.holders += 1
@@ -61,6 +65,7 @@ class _OneThread(ContextDecorator):
             if self.holders == 0:
                 for library, threads in zip(_libraries(), self.before, strict=True):
                     library.set_num_threads(threads)
+                self.owed = [library.get_num_threads() for library in _libraries()] != self.before
 
 
 #: Context and decorator; entering it again costs a microsecond.
