@@ -161,6 +161,7 @@ def _interrupted(call: Callable[[], list[Any]], seed: int, times: int) -> None:
     assert call() == undisturbed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", [_some_answers, _some_folds])
 def test_ctrl_c_at_any_time_is_a_keyboard_interrupt(call: Callable[[], list[Any]]) -> None:
     _interrupted(call, seed=1, times=6)
