@@ -243,8 +243,8 @@ def _scene(
     shown = land[0] if land and potential is not None else None
     warnings = warnings_of(state, eq, curve, shown, off, full)
     if off_branch:
-        own = "Its own is dotted." if full else "Its own is drawn when the slider rests."
-        warnings = (*(said for said in warnings if said != OFF_BRANCH), f"{OFF_BRANCH} {own}")
+        where = "Its own is dotted." if full else "Its own is drawn when the slider rests."
+        warnings = (*(said for said in warnings if said != OFF_BRANCH), f"{OFF_BRANCH} {where}")
     return Scene(
         state=state,
         full=full,

@@ -37,7 +37,7 @@ CHUNK = 100
 #: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
 MOST_POINTS = 5_000_000
 
-SI = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
+SI: Units = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
 GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
 GROUPS = ("beta0", "beta1", "lam")
