@@ -13,9 +13,9 @@ import time
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
+from peel_opt.calibration_programme import Solver
 
 import peel_opt as po
-from peel_opt.studies.calibrate.programme import Solver
 
 TRUTH = po.Rod(2.3e-5, 140e3, 0.73e-3)
 START = po.Rod(2.3e-5, 110e3, 1e-3)

@@ -76,9 +76,9 @@ from .residual.transcriptions import Shooting as Shooting
 from .residual.transcriptions import Spectral as Spectral
 from .studies.calibrate.data import MeasuredShape as MeasuredShape
 from .studies.calibrate.data import Measurements as Measurements
-from .studies.calibrate.files import read_measurements as read_measurements
-from .studies.calibrate.files import read_shape as read_shape
 from .studies.calibrate.fit import calibrate as calibrate
+from .studies.calibrate.read import read_measurements as read_measurements
+from .studies.calibrate.read import read_shape as read_shape
 from .studies.calibrate.result import Calibration as Calibration
 from .studies.design.run import Design as Design
 from .studies.design.run import design as design

@@ -18,7 +18,7 @@
     level = 0.95                            # also state, loss and loss_scale
 
     [[pairs]]
-    file = "calibrate_flap.csv"             # beside the card; see peel_opt.studies.calibrate.files
+    file = "calibrate_flap.csv"             # beside the card; see peel_opt.studies.calibrate.read
     pressure_sd = "0.5 kPa"                 # also length_sd and state, for files without the column
 
     [[shapes]]
@@ -38,9 +38,9 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 from ..base.errors import CardError, InvalidInput
 from ..model.rod import MATERIAL, Rod
 from ..studies.calibrate.data import STATES, MeasuredShape, Measurements
-from ..studies.calibrate.files import read_measurements, read_shape
 from ..studies.calibrate.fit import calibrate
 from ..studies.calibrate.profile import require_level
+from ..studies.calibrate.read import read_measurements, read_shape
 from ..studies.calibrate.result import Calibration
 from .cards import explain, read_card
 from .tables import Length, Number, Pressure, RodTable, Table

@@ -101,12 +101,12 @@ def _interpolated(
         owners += [number] * len(share)
     start = np.vstack(guesses)
     closing: list[tuple[Closing, ...]] = [(family.closure, Closure("amplitude", float(x[-4]))) for x in start]
-    x, rates, steps, good = _newton(problem, start, closing)
+    x, rates, steps, good = corrected(problem, start, closing)
     found: list[list[Point] | None] = [[] for _ in pairs]
     for i, number in enumerate(owners):
         here, there = pairs[number]
         own = found[number]
-        point = _placed(here, there, x[i], rates[i], steps) if good[i] else None
+        point = _placed(here, there, x[i], rates[i, :, -1], steps) if good[i] else None
         if own is None or point is None or not _belongs(family, own[-1] if own else here, point, there):
             found[number] = None
         else:
@@ -133,29 +133,29 @@ def _cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:
     return a + t * (da + t * (3.0 * (b - a) - 2.0 * da - db + t * (2.0 * (a - b) + da + db)))
 
 
-def _newton(
+def corrected(
     problem: Discretisation, x: np.ndarray, closing: Sequence[Sequence[Closing]]
 ) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
-    """Correct a stack of guesses.
+    """Correct a stack of guesses, whose algebra is dense.
 
-    Returns the solutions, the derivatives of the unknowns with respect to the last closure's
-    number, the steps taken, and which ones converged.
+    Returns the solutions, what a unit on the right of each closure does to the unknowns (for a
+    closure such as A - given, the derivative by its number), the steps taken, and which ones converged.
     """
     system = closed_system(problem, tuple(c.kind for c in closing[0]))
     given = np.array([parameters(c) for c in closing])
     scale = 1.0 + np.abs(x)
     scale[:, : problem.field_count] = 1.0 + np.abs(x[:, : problem.field_count]).max(axis=1, keepdims=True)
-    before = np.full(len(x), np.inf)
+    before, closures = np.full(len(x), np.inf), len(closing[0])
     for step in range(1, MOST_STEPS + 1):
         values, jacobians = system.system.many(x, given)
-        right = np.zeros((*values.shape, 2))
+        right = np.zeros((*values.shape, 1 + closures))
         right[:, :, 0] = -values
-        right[:, -1, 1] = 1.0
+        right[:, -closures:, 1:] = np.eye(closures)
         try:
             with one_thread:
                 solved = np.linalg.solve(jacobians, right)
         except np.linalg.LinAlgError:
-            return x, x, step, np.zeros(len(x), dtype=bool)
+            return x, np.zeros((*x.shape, closures)), step, np.zeros(len(x), dtype=bool)
         update = np.abs(solved[:, :, 0] / scale).max(axis=1)
         x = x + solved[:, :, 0]
         # Convergence is quadratic: what one update leaves is of the size of the next.
@@ -164,7 +164,7 @@ def _newton(
         if np.all(good | ~np.isfinite(update)):
             break
         before = update
-    return x, solved[:, :, 1], step, good
+    return x, solved[:, :, 1:], step, good
 
 
 def _placed(here: Point, there: Point, x: np.ndarray, rate: np.ndarray, steps: int) -> Point:

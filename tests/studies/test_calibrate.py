@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peel_opt.calibration_blocks import block
+from peel_opt.calibration_programme import Solver
 
 import peel_opt as po
 from peel_opt.app.calibration_report import intervals_of
 from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
-from peel_opt.studies.calibrate.blocks import block
 from peel_opt.studies.calibrate.data import Observation, observations
 from peel_opt.studies.calibrate.problem import Placed, Problem, watched
-from peel_opt.studies.calibrate.programme import Solver
 from peel_opt.studies.calibrate.start import projected
 
 TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)

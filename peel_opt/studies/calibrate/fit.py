@@ -10,16 +10,16 @@ import numpy as np
 
 from ...base.checks import positive
 from ...base.errors import InvalidInput, PeelOptError
+from ...equilibria.posed import known_law
+from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import MATERIAL, Rod
+from .chart import Chart
 from .data import STATES, Data, Observation, observations
-from .identifiability import combinations
-from .problem import NODES, Problem, watched
-from .programme import Solver
+from .problem import Problem, watched
 from .result import Calibration
-from .search import best, rod_at
-from .sensitivity import linear_model
+from .search import NODES, best
 from .start import coarse_rods
-from .warnings import RARE, far_points, warnings_of
+from .words import RARE, combinations, far_points, warnings_of
 
 #: Losses by name.
 LOSSES = ("least-squares", "pseudo-huber")
@@ -39,9 +39,9 @@ def calibrate(
     state: str | None = None,
     loss: str = "least-squares",
     loss_scale: float = 1.5,
-    solver: Solver | None = None,
+    law: str | CohesiveLaw = "auto",
 ) -> Calibration:
-    """Fit material numbers to measurements, all equilibria and numbers in one programme.
+    """Fit material numbers to measurements, every observation with a state of its own.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def calibrate(
         which lets outliers pull with a bounded force.
     loss_scale : float
         In standard deviations.
-    solver : Solver, optional
-        Options of IPOPT.
+    law : {"auto", "cohesive", "linear"} or CohesiveLaw
+        Of the bond, with a traction that falls from u = 0 on; "auto" is law (8).
 
     Returns
     -------
@@ -97,11 +97,10 @@ def calibrate(
     if loss not in LOSSES:
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
     delta = positive("loss_scale", loss_scale) if loss == "pseudo-huber" else None
-    if solver is not None and not isinstance(solver, Solver):
-        raise InvalidInput(f"solver must be a Solver, got {solver!r}.")
+    chart = Chart(known_law(law) or COHESIVE, NODES[0])
     _require_enough(seen, mask)
     _require_reach(seen, known)
-    empty = Problem([], 1.0, mask, delta, solver=solver or Solver())
+    empty = Problem(seen, mask, delta, chart)
     with watched(empty) as problem:
         result = _fit(seen, known, rod, problem)
         found = warnings_of(result)
@@ -115,11 +114,11 @@ def _fit(
 ) -> Calibration:
     """Fit and describe, without warnings."""
     mask, delta = problem.free, problem.delta
-    chosen = best(seen, known, rod, problem)
+    chosen = best(seen, known, rod, replace(problem, observations=seen))
     problem, fitted = chosen.problem, chosen.fitted
-    model = linear_model(fitted.blocks, mask, delta)
+    model = problem.linear_model(fitted)
     return Calibration(
-        rod=rod_at(chosen.reference, fitted.q),
+        rod=fitted.rod,
         free=tuple(name for name, yes in zip(MATERIAL, mask, strict=True) if yes),
         log_covariance=model.covariance(sandwich=delta is not None),
         deviance=fitted.deviance,
@@ -136,7 +135,6 @@ def _fit(
         iterations=fitted.iterations,
         problem=problem,
         fitted=fitted,
-        reference=chosen.reference,
     )
 
 
@@ -148,9 +146,10 @@ def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, 
     seen = fit.observations
     if not any(o.state == "unfolded" for o in seen):
         return ()
-    problem = replace(fit.problem, observations=[], nodes=NODES[0], ridge=0.0)
+    law = fit.problem.chart.law
+    problem = replace(fit.problem, chart=Chart(law, NODES[0]))
     turned = [replace(o, state="folded") if o.state == "unfolded" else o for o in seen]
-    (as_seen, _), (as_turned, start) = (coarse_rods(part, known, 1)[0] for part in (seen, turned))
+    (as_seen, _), (as_turned, start) = (coarse_rods(part, known, law, 1)[0] for part in (seen, turned))
     try:
         folded = _fit(turned, known, start, problem) if as_turned < 0.5 * as_seen else None
         if folded is not None and folded.chi2 < MUCH_LESS * fit.chi2:

@@ -1,34 +1,39 @@
-"""Observations as blocks with the phases their shapes ask for, solved until those are consistent.
+"""A fit as nonlinear least squares in three logarithms at most: log k, log T0 and log y0.
 
-Law (8) has a kink at y = y0, and a state has a phase for every piece of the law it visits.
-Which ones can change while the material numbers move, and so can the phase that a measured
-point is nearest to.  Both are read off the solution, and the programme is posed anew until
-they no longer change.
+Given the rod, every observation finds its own state: a pair its foot on the branch, a picture the tip angle
+and the origin that suit its points best.  What is left is a function of the rod alone, whose gradient does
+not see that the states move (they are at a minimum).  It is minimised twice: first along the whole curve of
+each rod tried, so that no state can be missed, then on expansions about the exact states, renewed until they
+no longer move.
 """
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from ...base.progress import progress
-from ...model.bond import COHESIVE
-from ...residual.discretisation import Profile
-from ...residual.phases import layout, without_empty_phases
-from ...residual.shape import DENSE_POINTS, sample_shape
-from ...residual.transcriptions import Spectral
-from .blocks import Signature, block
+from ...base.errors import NotConverged
+from ...model.rod import MATERIAL, RATIOS, Rod
+from .chart import Chart, States
 from .data import Observation
-from .programme import FURTHEST, Outcome, Solver, State, solve
+from .linear import LinearModel, Seen, pseudo_huber
+from .pairs import GROUPS, HARD, SOFT, Curve, Pairs, Pulls
+from .pictures import Picture, best_picture
 
-#: How often the programme is posed anew before its phases count as undecided.
-MOST_ROUNDS = 10
+#: Largest change of a logarithm: no material number is looked for further than a factor 1e8 away.
+FURTHEST = 18.4
 
-#: Nodes of the spectral form, from the first solve to the finest.
-NODES = (16, 24, 36, 54)
+#: How far log r may go, and A, on one expansion; and the move after which it need not be renewed.
+SPAN, STILL = 0.3, 1e-6
+
+#: Renewals of the expansions, and of the feet, before a fit counts as undecided.
+MOST_RENEWALS, MOST_ROUNDS = 25, 5
 
 
 def _unwatched() -> None:
@@ -36,62 +41,41 @@ def _unwatched() -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """One observation at its present solution.
+class Fitted:
+    """Numbers of a rod and the states of all observations that go with them.
 
     Parameters
     ----------
-    profile : Profile
-    origin : float
-        x of the detachment point, in the reference eta.
+    q : ndarray, shape (3,)
+        Logarithms of k, T0 and y0 in SI units.
+    states : States
+        In the order of the observations.
+    origins : ndarray, shape (n,)
+        x of the detachment point of each [m].
+    directions : ndarray, shape (free, m)
+        In which the free logarithms were free to move.
+    deviance : float
+        Sum of the losses; chi-square with least squares.
+    iterations : int
+        Rods that were tried.
     """
 
-    profile: Profile
-    origin: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """The blocks of all observations: signatures, unknowns and data, and how points were sorted."""
-
-    signatures: list[Signature]
-    state: State
-    orders: list[np.ndarray]
-
-    def same_as(self, other: Blocks) -> bool:
-        """Whether phases and the sorting of measured points are the same."""
-        return self.signatures == other.signatures and all(
-            np.array_equal(a, b) for a, b in zip(self.orders, other.orders, strict=True)
-        )
-
-    def placed(self) -> list[Placed]:
-        """Return the solutions themselves."""
-        found = []
-        for signature, u in zip(self.signatures, self.state.unknowns, strict=True):
-            problem = block(signature).problem
-            profile = problem.profile(u[: problem.size])
-            found.append(Placed(profile, float(u[-1]) if signature.free_origin else 0.0))
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A solved programme whose phases are those of its solution."""
-
-    blocks: Blocks
-    outcome: Outcome
-    rounds: int
-    iterations: int
+    q: np.ndarray
+    states: States
+    origins: np.ndarray
+    directions: np.ndarray
+    deviance: float = math.nan
+    iterations: int = 0
 
     @property
-    def q(self) -> np.ndarray:
-        """Logarithms of the material numbers over those of the reference rod."""
-        return self.outcome.state.q
+    def rod(self) -> Rod:
+        """The rod with these numbers."""
+        return Rod(*np.exp(self.q).tolist())
 
     @property
-    def deviance(self) -> float:
-        """Sum of the losses; chi-square with least squares."""
-        return 2.0 * self.outcome.objective
+    def held(self) -> bool:
+        """Whether a combination of the free numbers was kept as it was."""
+        return self.directions.shape[1] < len(self.directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,189 +84,270 @@ class Problem:
 
     Parameters
     ----------
-    observations : list of Observation
-        In units of the reference rod's eta and T0.
-    ratio : float
-        eta/y0 of the reference rod.
+    observations : sequence of Observation
     free : ndarray of bool, shape (3,)
     delta : float or None
         Scale of the pseudo-Huber loss; None for least squares.
-    nodes : int
-    ridge : float
-        Weight of |q|^2, which holds the numbers near the reference rod; 0 but where the data leave
-        them open.
-    solver : Solver
+    chart : Chart
     watch : callable
-        Called at every programme that is solved, and at every state that is solved again.
+        Called at every rod that is tried, and at every state that is solved again.
     """
 
-    observations: list[Observation]
-    ratio: float
+    observations: Sequence[Observation]
     free: np.ndarray
     delta: float | None
-    nodes: int = NODES[0]
-    ridge: float = 0.0
-    solver: Solver = field(default_factory=Solver)
+    chart: Chart
     watch: Callable[[], object] = field(default=_unwatched, repr=False)
 
-    def pose(self, q: np.ndarray, places: Sequence[Placed]) -> Blocks:
-        """Return blocks with the phases and feet of these solutions."""
-        signatures, unknowns, data, orders = [], [], [], []
-        for observation, place in zip(self.observations, places, strict=True):
-            signature, u, d, order = self._block(observation, place, q)
-            signatures.append(signature)
-            unknowns.append(u)
-            data.append(d)
-            orders.append(order)
-        return Blocks(signatures, State(np.array(q, float), unknowns, data), orders)
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which observations are pairs, and which are pictures."""
+        shapes = np.array([o.points is not None for o in self.observations])
+        return np.flatnonzero(~shapes), np.flatnonzero(shapes)
 
-    def _block(
-        self, observation: Observation, place: Placed, q: np.ndarray
-    ) -> tuple[Signature, np.ndarray, np.ndarray, np.ndarray]:
-        profile = without_empty_phases(place.profile) or place.profile
-        plan = layout(COHESIVE, profile)
-        problem = Spectral(self.nodes).discretise(plan.phases)
-        x = problem.pack(profile.rephased(plan.breaks))
-        head = [
-            observation.length or 1.0,
-            observation.pressure or 1.0,
-            1.0 / (observation.length_sd or 1.0),
-            1.0 / (observation.pressure_sd or 1.0),
-            self.ratio,
-        ]
-        signature = Signature(
-            plan.phases, self.nodes, observation.role("length"), observation.role("pressure")
-        )
-        if observation.points is None:
-            return signature, x, np.array(head), np.empty(0, int)
-        eta = float(np.exp((q[0] - q[1]) / 3.0))
-        shape = sample_shape(problem, x)
-        unit = profile.scalars.sigma * eta
-        points = observation.points - np.array([place.origin, 0.0, 0.0])
-        owner, zeta = _feet(np.column_stack([shape.x, shape.y]) * unit, points[:, :2], len(plan.phases))
-        if observation.tip:
-            owner[0] = len(plan.phases)
-        order = np.argsort(owner, kind="stable")
-        counts = np.bincount(owner, minlength=len(plan.phases) + 2)
-        signature = replace(
-            signature,
-            feet=tuple(int(n) for n in counts[:-2]),
-            at_tip=int(counts[-2]),
-            on_plate=int(counts[-1]),
-            free_origin=observation.free_origin,
-        )
-        rows = observation.points[order]
-        rows[:, 2] = 1.0 / rows[:, 2]
-        feet = zeta[order][: sum(signature.feet)]
-        u = np.concatenate([x, feet, [place.origin] if observation.free_origin else []])
-        return signature, u, np.concatenate([head, rows.ravel()]), order
+    @cached_property
+    def _items(self) -> np.ndarray:
+        """Number of the item that each row belongs to, pairs first."""
+        pairs, shapes = self._rows
+        found, count = [np.repeat(np.arange(len(pairs)), 2)], len(pairs)
+        for i in shapes:
+            points = self.observations[i].points
+            assert points is not None
+            found.append(count + np.concatenate([[0, 0], 1 + np.repeat(np.arange(len(points)), 2)]))
+            count += 1 + len(points)
+        return np.concatenate(found)
 
-    def solve(
-        self, q: np.ndarray, places: Sequence[Placed], fixed: int | None = None, patient: bool = True
-    ) -> Fitted | None:
-        """Solve from a start; None if IPOPT fails or the phases do not settle.
+    @property
+    def pair_rows(self) -> np.ndarray:
+        """Which observations are pairs."""
+        return self._rows[0]
 
-        ``fixed`` is a free entry of q that keeps its value.  With ``patient``, what Gauss-Newton
-        does not finish is taken up with exact Hessians.
+    # --- the states of one rod ------------------------------------------------------------
+
+    def pairs(self, hard: float = HARD) -> Pairs:
+        """Return the pairs as arrays, exact numbers with this weight."""
+        return Pairs.of([self.observations[i] for i in self._rows[0]], hard)
+
+    def picture(self, i: int, fitted: Fitted, hard: float = HARD) -> Picture:
+        """Return one picture at its state."""
+        state = fitted.states.take(np.array([i]))
+        scale, origin = scales(fitted.q)[0], float(fitted.origins[i])
+        return Picture.at(self.observations[i], state, origin, scale, hard, self.delta)
+
+    def seen(self, fitted: Fitted) -> list[Seen]:
+        """Return every observation at its state, in their order."""
+        (rows, shapes), (scale, _) = self._rows, scales(fitted.q)
+        found: dict[int, Seen] = {}
+        pulls = self.pairs().pulls(fitted.states.take(rows), scale)
+        for place, i in enumerate(rows):
+            own = pulls.by_own[place][:, None]
+            found[i] = Seen(pulls.r[place], pulls.by_q[place], own, np.zeros(2, int), self._measured(i))
+        for i in shapes:
+            found[i] = self.picture(i, fitted).seen(self._measured(i))
+        return [found[i] for i in range(len(self.observations))]
+
+    def _measured(self, i: int) -> np.ndarray:
+        return np.array([self.observations[i].role(name) == "measured" for name in NUMBERS])
+
+    def at_T(self, fitted: Fitted) -> np.ndarray:
+        """Which observations are pairs whose state is held at T."""
+        held = np.zeros(len(self.observations), bool)
+        rows, scale = self._rows[0], scales(fitted.q)[0]
+        held[rows] = self.pairs().pulls(fitted.states.take(rows), scale).at_T
+        return held
+
+    def linear_model(self, fitted: Fitted) -> LinearModel:
+        """Return the fit to first order."""
+        return LinearModel.of(self.seen(fitted), self.free, self.delta)
+
+    # --- minimising ------------------------------------------------------------------------
+
+    def along_curves(self, start: Fitted, nodes: States, hard: float = SOFT) -> tuple[Fitted, States]:
+        """Minimise over rods whose whole curve is followed; also return the nodes of the last.
+
+        Good to what interpolation between the nodes is good to, and exact numbers are soft.
         """
-        q = np.array(q, float)
-        loose = self.free.copy()
-        if fixed is not None:
-            loose[fixed] = False
-        bounds = (np.where(loose, -FURTHEST, q), np.where(loose, FURTHEST, q))
-        iterations = 0
-        blocks = self.pose(q, places)
-        for rounds in range(1, MOST_ROUNDS + 1):
-            self.watch()
-            outcome = solve(blocks.signatures, blocks.state, bounds, self.delta, self.ridge, self.solver)
-            iterations += outcome.iterations
-            if patient and outcome.tired and not self.solver.exact_hessian:
-                # Gauss-Newton goes round in circles where residuals are large against the radius of
-                # curvature of the branch.
-                exact = replace(self.solver, exact_hessian=True)
-                outcome = solve(blocks.signatures, outcome.state, bounds, self.delta, self.ridge, exact)
-                iterations += outcome.iterations
-            if not outcome.solved:
+        rows, pairs = self._rows[0], self.pairs(hard)
+        path = _Path(nodes, start)
+
+        def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
+            scale, log_r = scales(q)
+            if not len(rows):
+                return pairs.pulls(start.states.take(rows), scale), start.states.take(rows)
+            path.nodes = self.chart.at(path.nodes, log_r, path.nodes.A, halvings=1)
+            curve = Curve.through(path.nodes)
+            A, _ = curve.nearest(pairs, scale)
+            known = np.where(np.isfinite(A), A, 0.0)
+            known = pairs.feet(curve.expand, known, scale)
+            states = curve.states(known)
+            pulls = pairs.pulls(states, scale)
+            pulls.r[~np.isfinite(A)] = np.nan
+            return pulls, states
+
+        found = self._descend(start, path, evaluate, hard, tol=1e-6)
+        if not len(rows):
+            return found, path.nodes
+        states = found.states.take(rows)
+        exact = self.chart.at(Curve.through(path.nodes).beside(states.A), float(states.log_r[0]), states.A)
+        return replace(found, states=found.states.put(rows, exact)), path.nodes
+
+    def exactly(self, start: Fitted) -> Fitted | None:
+        """Minimise from states nearby, on expansions about exact ones; None where they do not settle."""
+        rows, pairs, at = self._rows[0], self.pairs(), start
+        tried = 0
+        for _ in range(MOST_RENEWALS):
+            base = at.states.take(rows)
+            log_r = scales(at.q)[1]
+            exact = self.chart.at(base, log_r, base.A)
+            if not np.all(np.isfinite(exact.numbers)):
                 return None
-            solved = Blocks(blocks.signatures, outcome.state, blocks.orders)
-            again = self.pose(outcome.state.q, solved.placed())
-            if again.same_as(solved):
-                return Fitted(solved, outcome, rounds, iterations)
-            blocks = again
+
+            def evaluate(q: np.ndarray, exact: States = exact) -> tuple[Pulls, States]:
+                scale, there = scales(q)
+                A = pairs.feet(lambda A: exact.expanded(A, there), exact.A, scale, SPAN)
+                states = exact.moved(A, there)
+                return pairs.pulls(states, scale), states
+
+            found = self._descend(at, _Path(None, at), evaluate, HARD, tol=1e-14, span=SPAN)
+            tried += found.iterations
+            moved = np.append(found.states.A[rows] - exact.A, scales(found.q)[1] - log_r)
+            at = replace(found, iterations=start.iterations + tried)
+            if np.abs(moved).max() < STILL or not len(rows):
+                return at
         return None
 
-    def by_homotopy(self, q: np.ndarray, places: Sequence[Placed]) -> Fitted | None:
-        """Solve by moving the data from where the start has them to where they were measured."""
-        begin = [self._as_if(o, place, q) for o, place in zip(self.observations, places, strict=True)]
-        there, step, reached = 0.0, 0.25, 0.0
-        found: Fitted | None = None
-        while reached < 1.0:
-            there = min(1.0, reached + step)
-            moved = [_between(a, b, there) for a, b in zip(begin, self.observations, strict=True)]
-            trial = replace(self, observations=moved).solve(q, places, patient=there == 1.0)
-            if trial is None:
-                step *= 0.5
-                if step < 0.05:
-                    return None
-                continue
-            found, reached, step = trial, there, min(1.5 * step, 0.5)
-            q, places = trial.q, trial.blocks.placed()
-        return found
+    def _descend(
+        self,
+        start: Fitted,
+        path: _Path,
+        evaluate: Callable[[np.ndarray], tuple[Pulls, States]],
+        hard: float,
+        tol: float,
+        span: float = math.inf,
+    ) -> Fitted:
+        """Minimise the loss over the rod in the directions that are free."""
+        from scipy.optimize import least_squares
 
-    def _as_if(self, observation: Observation, place: Placed, q: np.ndarray) -> Observation:
-        """Return the observation as it would be, had the start been seen without error."""
-        s = place.profile.scalars
-        eta = float(np.exp((q[0] - q[1]) / 3.0))
-        return replace(
-            observation,
-            length=None if observation.length is None else s.sigma * eta,
-            pressure=None
-            if observation.pressure is None
-            else max(s.pressure_ratio, 1e-12) * float(np.exp(q[1])),
+        basis, low, high = _coordinates(start, self.free, span)
+        rows, shapes = self._rows
+        last: dict[str, np.ndarray] = {}
+
+        def residuals(z: np.ndarray) -> np.ndarray:
+            self.watch()
+            q = start.q + basis @ (z - 1.0)
+            r, by_q = [np.full(len(self._items), np.nan)], []
+            if RATIOS[0] * (1.0 - 1e-9) <= math.exp(scales(q)[1]) <= RATIOS[1] * (1.0 + 1e-9):
+                pulls, states = evaluate(q)
+                r, by_q = [pulls.r.ravel()], [pulls.projected.reshape(-1, 3)]
+                here = replace(path.at, q=q, states=path.at.states.put(rows, states))
+                for i in shapes:
+                    one, (scale, log_r) = np.array([i]), scales(q)
+                    near = here.states.take(one), float(here.origins[i])
+                    seen = self.observations[i]
+                    picture = best_picture(seen, self.chart, log_r, scale, near, hard, self.delta)
+                    origins = here.origins.copy()
+                    origins[i] = picture.origin
+                    here = replace(here, states=here.states.put(one, picture.state), origins=origins)
+                    r.append(picture.r)
+                    by_q.append(picture.projected)
+                if np.all(np.isfinite(np.concatenate(r))):
+                    path.at = here
+                    last["z"], last["J"] = z.copy(), np.vstack(by_q) @ basis
+            return np.concatenate(r)
+
+        def jacobian(z: np.ndarray) -> np.ndarray:
+            if not np.array_equal(last["z"], z):
+                residuals(z)
+            return last["J"]
+
+        begin = np.ones(basis.shape[1])
+        first = residuals(begin)
+        if not np.all(np.isfinite(first)):
+            raise NotConverged("the rod to start from has no state like one of those observed.")
+        if not basis.shape[1]:
+            return replace(path.at, deviance=self._loss(first), iterations=1)
+        solved = least_squares(
+            residuals,
+            begin,
+            jacobian,
+            bounds=(low, high),
+            x_scale="jac",
+            loss="linear" if self.delta is None else self._robust,
+            ftol=tol,
+            xtol=tol,
+            gtol=1e-15,
+            max_nfev=200,
         )
+        final = residuals(solved.x)
+        return replace(path.at, deviance=self._loss(final), iterations=int(solved.nfev))
+
+    def _loss(self, r: np.ndarray) -> float:
+        squares = np.bincount(self._items, r**2)
+        return float(np.sum(squares if self.delta is None else pseudo_huber(squares, self.delta)[0]))
+
+    def _robust(self, squares: np.ndarray) -> np.ndarray:
+        """Loss of each row and its derivatives, where what counts is the sum over the rows of an item."""
+        assert self.delta is not None
+        items = self._items
+        loss, weight = pseudo_huber(np.bincount(items, squares), self.delta)
+        return np.stack(
+            [(loss / np.bincount(items))[items], weight[items], -0.5 * weight[items] ** 3 / self.delta**2]
+        )
+
+
+@dataclass(eq=False)
+class _Path:
+    """Where a search has come to: the nodes of its curve, and the states of the last rod."""
+
+    nodes: States
+    at: Fitted
+
+
+#: Numbers of an observation, in the order of its rows.
+NUMBERS = ("length", "pressure")
+
+
+def scales(q: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return (eta, T0) in SI units and log r of a rod's logarithms."""
+    log_eta, log_T0, log_r = GROUPS @ q
+    return np.exp([log_eta, log_T0]), float(log_r)
+
+
+def logarithms(rod: Rod) -> np.ndarray:
+    """Return log k, log T0 and log y0."""
+    return np.log([getattr(rod, name) for name in MATERIAL])
+
+
+def _coordinates(start: Fitted, free: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions of q and how far each may be followed from 1, which is the start.
+
+    Where nothing is held, log r itself is a coordinate, so that its limits are bounds.
+    """
+    loose = np.flatnonzero(free)
+    basis = np.zeros((3, start.directions.shape[1]))
+    basis[loose] = start.directions
+    count = basis.shape[1]
+    low, high = np.full(count, 1.0 - min(FURTHEST, span)), np.full(count, 1.0 + min(FURTHEST, span))
+    by_r = GROUPS[2] @ basis
+    if not count or start.held or not np.any(by_r):
+        return basis, low, high
+    pivot = int(np.argmax(np.abs(by_r)))
+    basis[:, pivot] /= by_r[pivot]
+    others = [j for j in range(count) if j != pivot]
+    basis[:, others] -= np.outer(basis[:, pivot], by_r[others])
+    log_r = scales(start.q)[1]
+    low[pivot] = max(low[pivot], 1.0 + math.log(RATIOS[0]) - log_r)
+    high[pivot] = min(high[pivot], 1.0 + math.log(RATIOS[1]) - log_r)
+    return basis, np.minimum(low, 1.0 - 1e-9), np.maximum(high, 1.0 + 1e-9)
 
 
 @contextmanager
 def watched(problem: Problem) -> Iterator[Problem]:
     """Return a problem whose steps are counted on a terminal from the first second on."""
-    with progress("step of the calibration") as step:
-        yield replace(problem, watch=step)
+    from tqdm import tqdm
 
-
-def _between(a: Observation, b: Observation, share: float) -> Observation:
-    def mixed(first: float | None, second: float | None) -> float | None:
-        if first is None or second is None:
-            return None
-        return float(first ** (1.0 - share) * second**share)
-
-    return replace(b, length=mixed(a.length, b.length), pressure=mixed(a.pressure, b.pressure))
-
-
-def _feet(curve: np.ndarray, points: np.ndarray, phases: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which part of a rod each measured point is nearest to, and where in it.
-
-    Parameters
-    ----------
-    curve : ndarray, shape (phases * (DENSE_POINTS - 1) + 1, 2)
-    points : ndarray, shape (n, 2)
-    phases : int
-
-    Returns
-    -------
-    tuple of ndarray
-        The phase, or ``phases`` for the tip and ``phases + 1`` for the attached part, and the
-        local coordinate.
-    """
-    step = np.diff(curve, axis=0)
-    away = points[:, None] - curve[:-1]
-    share = np.clip(np.sum(away * step, axis=2) / np.maximum(np.sum(step**2, axis=1), 1e-300), 0.0, 1.0)
-    gaps = np.linalg.norm(away - share[..., None] * step, axis=2)
-    nearest = np.argmin(gaps, axis=1)
-    rows = np.arange(len(points))
-    place = nearest + share[rows, nearest]
-    intervals = DENSE_POINTS - 1
-    owner = np.minimum(nearest // intervals, phases - 1)
-    zeta = place / intervals - owner
-    owner[place <= 0.0] = phases
-    owner[(points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= gaps[rows, nearest])] = phases + 1
-    return owner, zeta
+    terminal = sys.stderr is not None and getattr(sys.stderr, "isatty", bool)()
+    with tqdm(
+        desc="calibration", unit=" steps", delay=1.0, miniters=1, leave=False, disable=not terminal
+    ) as bar:
+        yield replace(problem, watch=bar.update)

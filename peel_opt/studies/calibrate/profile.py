@@ -70,9 +70,9 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
     points, width = whole("points", points, 3, MOST_POINTS), positive("width", width)
     place = MATERIAL.index(fit.free[index])
     spread = fit.relative_sd(fit.free[index])
-    if not math.isfinite(spread):
+    if not math.isfinite(spread) or fit.fitted.held:
         raise InvalidInput(
-            f"the data say nothing about {fit.free[index]}: its likelihood is flat.",
+            f"the data say too little about {fit.free[index]}: its likelihood is flat.",
             remedy="Read the warnings of the fit.",
         )
     offsets = np.linspace(-1.0, 1.0, points) * min(width * spread, FURTHEST)
@@ -85,10 +85,7 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
                 at = _held(seen, at, place, fit.fitted.q[place] + float(offset))
                 found[float(offset)] = at
     ordered = [found[float(offset)] for offset in offsets]
-    numbers = {
-        name: getattr(fit.reference, name) * np.exp([f.q[i] for f in ordered])
-        for i, name in enumerate(MATERIAL)
-    }
+    numbers = {name: np.exp([f.q[i] for f in ordered]) for i, name in enumerate(MATERIAL)}
     return Profile(
         name=fit.free[index],
         values=numbers[fit.free[index]],
@@ -114,7 +111,7 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
         z = float(stdtrit(fit.degrees, 0.5 + 0.5 * level)) if fit.degrees else math.inf
     name = fit.free[index]
     estimate, spread = fit.estimates[name], fit.relative_sd(name)
-    if robust or method == "covariance":
+    if robust or method == "covariance" or fit.fitted.held:
         if not math.isfinite(spread * z):
             return 0.0, math.inf
         return estimate * math.exp(-z * spread), estimate * math.exp(z * spread)
@@ -192,12 +189,15 @@ def _furthest(fit: Calibration, place: int, side: float) -> float:
 
 def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
     """Fit with one logarithm at a value, by shorter steps where it does not go at once."""
+    free = fit.problem.free.copy()
+    free[place] = False
+    problem = replace(fit.problem, free=free)
     begin = float(at.q[place])
     reached, share = 0.0, 1.0
     while reached < 1.0:
         q = at.q.copy()
         q[place] = begin + min(1.0, reached + share) * (value - begin)
-        trial = fit.problem.solve(q, at.blocks.placed(), fixed=place)
+        trial = problem.exactly(replace(at, q=q, directions=np.eye(int(free.sum()))))
         if trial is None:
             share *= 0.5
             if share < LEAST_SHARE:

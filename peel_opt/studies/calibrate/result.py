@@ -12,11 +12,12 @@ import numpy as np
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...equilibria.result import Equilibrium
+from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import UNITS, Rod
 from .data import Observation
-from .identifiability import Combination
+from .linear import chance
 from .problem import Fitted, Problem
-from .sensitivity import chance
+from .words import Combination
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +57,7 @@ class Calibration:
     loss : str
     loss_scale : float or None
     iterations : int
-        Of IPOPT, over all programmes.
+        Rods that were tried.
     warnings : tuple of str
         What a reader must know before believing the numbers.
     """
@@ -78,7 +79,6 @@ class Calibration:
     iterations: int
     problem: Problem = field(repr=False)
     fitted: Fitted = field(repr=False)
-    reference: Rod = field(repr=False)
     warnings: tuple[str, ...] = ()
 
     # --- numbers ------------------------------------------------------------------------
@@ -146,11 +146,16 @@ class Calibration:
 
         In the order of the observations, since shapes may share a name; None for pairs.
         """
-        placed = self.fitted.blocks.placed()
         return tuple(
-            None if o.points is None else place.origin * self.reference.eta
-            for o, place in zip(self.observations, placed, strict=True)
+            None if o.points is None else float(x)
+            for o, x in zip(self.observations, self.fitted.origins, strict=True)
         )
+
+    @property
+    def law(self) -> str | CohesiveLaw:
+        """The law of the fit, as the public functions take it."""
+        law = self.problem.chart.law
+        return "auto" if law == COHESIVE else law
 
     # --- beyond the covariance -----------------------------------------------------------
 

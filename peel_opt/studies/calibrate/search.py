@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...base.errors import NotCertified, NotConverged, PeelOptError
-from ...continuation.primary import UNFOLDED
-from ...equilibria.ask import length_given_pressure, pressure_given_length
+from ...base.errors import NotConverged, PeelOptError
 from ...equilibria.result import Equilibrium
-from ...model.equations import Scalars
-from ...model.rod import MATERIAL, Rod, require_ratio
-from .blocks import block
+from ...model.rod import RATIOS, Rod, require_ratio
+from .chart import Chart, States
 from .data import Observation
-from .identifiability import combinations
-from .problem import NODES, Blocks, Fitted, Placed, Problem
-from .programme import FURTHEST
-from .sensitivity import chance, follow, linear_model
-from .start import coarse_rods, fits, projected
+from .linear import chance
+from .pairs import Curve, fits
+from .problem import Fitted, Problem, scales
+from .start import begun, coarse_rods
+from .states import resolved
+from .words import combinations
+
+#: Nodes of the spectral form, from the first solve to the finest.
+NODES = (16, 24, 36, 54)
 
 #: Difference of chi-square, by degree of freedom, of two fits that are one.
 SAME = 1e-4
@@ -31,28 +31,23 @@ SUSPICIOUS = 0.01
 #: Largest difference of a fitted and a public answer (p/T0 or sbar/eta) that needs no finer mesh.
 AGREED = 1e-8
 
-#: Weight that holds numbers near their start where the data leave them open: one standard
-#: deviation is a factor e.
-RIDGE = 1.0
-
 #: Decrease of chi-square from which a fit is better than another, and not only rounded.
 BETTER = 1e-3
 
 #: What is left to step, in standard deviations, from which a fit does not count as converged.
 LEFT = 1e-3
 
-#: The same for a fit that leaves a combination open, where less can be asked.
-LEFT_HELD = 0.1
+#: Share by which a pair must come nearer on another part of its curve to be moved there.
+NEARER = 0.1
 
-#: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
-MOST_APART = 1e-6
+#: How often pairs are moved.
+MOST_ROUNDS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
     """A fit from one start, its states solved again."""
 
-    reference: Rod
     problem: Problem
     fitted: Fitted
     equilibria: list[Equilibrium]
@@ -70,9 +65,9 @@ def best(seen: Sequence[Observation], known: Mapping[str, float], rod: object, p
     degrees = sum(o.degrees for o in seen) - int(problem.free.sum())
     found: list[Trial] = []
     reason = "there is none to try."
-    for start in _starts(seen, known, rod):
+    for start in _starts(seen, known, rod, problem):
         try:
-            found.append(_trial(start, seen, problem))
+            found.append(_trial(start, problem))
         except PeelOptError as error:
             reason = str(error)
             continue
@@ -90,174 +85,101 @@ def best(seen: Sequence[Observation], known: Mapping[str, float], rod: object, p
     return min(found, key=lambda trial: (trial.strayed, trial.fitted.deviance))
 
 
-def _starts(seen: Sequence[Observation], known: Mapping[str, float], rod: object) -> Iterator[Rod]:
+def _starts(
+    seen: Sequence[Observation], known: Mapping[str, float], rod: object, problem: Problem
+) -> Iterator[Rod]:
     """Yield the rod given, then those of a search, which is not made if nobody asks."""
     if isinstance(rod, Rod):
         yield rod
-    yield from (start for _, start in coarse_rods(seen, known))
+    yield from (start for _, start in coarse_rods(seen, known, problem.chart.law))
 
 
-def _trial(start: Rod, seen: Sequence[Observation], problem: Problem) -> Trial:
-    """Fit from one rod."""
-    require_ratio(start.ratio)
-    own = [o.scaled(start.eta, start.adhesion_strength) for o in seen]
-    places = [Placed(projected(start, o)) for o in seen]
-    problem, fitted = _attempt(replace(problem, observations=own, ratio=start.ratio), places)
-    if fitted is None:
-        raise NotConverged(f"IPOPT does not converge from {start!r}.")
-    if problem.ridge:
-        # The ridge may have kept the numbers from a minimum that is there all the same.
-        try:
-            free = replace(problem, ridge=0.0)
-            released = free.solve(fitted.q, fitted.blocks.placed())
-            if released is not None and released.deviance < fitted.deviance - BETTER:
-                return _checked(free, released, start)
-        except PeelOptError:
-            pass  # then they are held
-    return _checked(problem, fitted, start)
+def _trial(rod: Rod, problem: Problem) -> Trial:
+    """Fit from one rod: free, or with what the data leave open held where it runs away."""
+    require_ratio(rod.ratio)
+    start, nodes = begun(rod, problem)
+    try:
+        return _refined(problem, *_solved(problem, start, nodes))
+    except PeelOptError:
+        directions = _determined(problem, start, nodes)
+        if directions.shape[1] in (0, start.directions.shape[1]):
+            raise
+        return _refined(problem, *_solved(problem, replace(start, directions=directions), nodes))
 
 
-def _checked(problem: Problem, fitted: Fitted, start: Rod) -> Trial:
-    """Refuse a fit that ran away or stopped early; solve the states of any other again."""
-    if np.any(np.abs(fitted.q) > 0.99 * FURTHEST):
-        raise NotConverged(f"from {start!r} a number runs away.", remedy="The data do not bound it.")
-    model = linear_model(fitted.blocks, problem.free, problem.delta)
-    left = model.left(fitted.q[problem.free], problem.ridge)
-    if left > (LEFT_HELD if problem.ridge else LEFT):
-        raise NotConverged(f"from {start!r} the fit stops {left:.1e} standard deviations before its minimum.")
-    return _refined(problem, fitted, start)
+def _determined(problem: Problem, start: Fitted, nodes: States) -> np.ndarray:
+    """Directions of the free logarithms that the data determine at a start, to first order."""
+    nothing = replace(start, directions=start.directions[:, :0])
+    near, _ = problem.along_curves(nothing, nodes)
+    jacobian = problem.linear_model(near).jacobian
+    _, _, vt = np.linalg.svd(jacobian, full_matrices=len(jacobian) < jacobian.shape[1])
+    known = [c.determined for c in combinations(jacobian, problem.free)]
+    return vt[known].T
 
 
-def _attempt(problem: Problem, places: Sequence[Placed]) -> tuple[Problem, Fitted | None]:
-    """Solve as it stands, held near the start where the data leave a combination open.
-
-    A combination that the data do not see is no place to go to: a solver wanders along it until
-    it meets something else.
-    """
-    q = np.zeros(3)
-    held = replace(problem, ridge=RIDGE)
-    if not _leaves_open(problem, problem.pose(q, places)):
-        fitted = problem.solve(q, places)
-        if fitted is not None:
-            return problem, fitted
-    near = held.solve(q, places) or held.by_homotopy(q, places)
-    if near is None:
-        return problem, problem.by_homotopy(q, places)
-    if _leaves_open(problem, near.blocks):
-        return held, near
-    fitted = problem.solve(near.q, near.blocks.placed())
-    return problem, fitted or problem.by_homotopy(q, places)
+def _solved(problem: Problem, start: Fitted, nodes: States) -> tuple[Fitted, States]:
+    """Minimise along curves, then exactly, with every pair on the part of its curve nearest to it."""
+    near, nodes = problem.along_curves(start, nodes)
+    fitted = problem.exactly(near)
+    for _ in range(MOST_ROUNDS):
+        if fitted is None:
+            break
+        again = _nearer(problem, fitted, nodes)
+        if again is None:
+            _require_minimum(problem, fitted)
+            return fitted, nodes
+        fitted = problem.exactly(again)
+    raise NotConverged("the states of the observations do not settle.", remedy="Give a rod to start from.")
 
 
-def _leaves_open(problem: Problem, blocks: Blocks) -> bool:
-    """Whether the data do not determine some combination, to first order at these states."""
-    model = linear_model(blocks, problem.free, problem.delta)
-    return not all(c.determined for c in combinations(model.jacobian, problem.free))
+def _nearer(problem: Problem, fitted: Fitted, nodes: States) -> Fitted | None:
+    """Return a fit with its pairs moved to where their curve is nearer; None if none is."""
+    rows, scale = problem.pair_rows, scales(fitted.q)[0]
+    if not len(rows):
+        return None
+    curve = Curve.through(problem.chart.at(nodes, scales(fitted.q)[1], nodes.A, halvings=1))
+    pairs, states = problem.pairs(), fitted.states.take(rows)
+    own = (pairs.residuals(states.numbers, scale) ** 2).sum(axis=1)
+    A, cost = curve.nearest(pairs, scale)
+    moved = np.flatnonzero(cost < (1.0 - NEARER) * own - NEARER)
+    if not len(moved):
+        return None
+    there = problem.chart.at(curve.beside(A[moved]), scales(fitted.q)[1], A[moved])
+    return replace(fitted, states=fitted.states.put(rows[moved], there))
 
 
-def _refined(problem: Problem, fitted: Fitted, reference: Rod) -> Trial:
+def _require_minimum(problem: Problem, fitted: Fitted) -> None:
+    """Refuse a fit that ran away or stopped early."""
+    ratio = fitted.rod.ratio
+    if not RATIOS[0] * (1.0 + 1e-6) < ratio < RATIOS[1] * (1.0 - 1e-6):
+        require_ratio(ratio)
+        raise NotConverged(
+            f"eta/y0 runs to {ratio:.4g}, the end of its range.", remedy="The data do not bound it."
+        )
+    left = problem.linear_model(fitted).left(fitted.directions)
+    if not left <= LEFT:
+        raise NotConverged(f"the fit stops {left:.1e} standard deviations before its minimum.")
+
+
+def _refined(problem: Problem, fitted: Fitted, nodes: States) -> Trial:
     """Solve on finer meshes until the public functions agree with the fitted states."""
     best: Trial | None = None
     failure: PeelOptError | None = None
-    for nodes in NODES:
-        if nodes > problem.nodes:
-            finer = replace(problem, nodes=nodes)
-            again = finer.solve(fitted.q, fitted.blocks.placed())
+    for count in NODES:
+        if count > problem.chart.nodes:
+            problem = replace(problem, chart=Chart(problem.chart.law, count))
+            again = problem.exactly(fitted)
             if again is None:
                 break
-            problem, fitted = finer, again
-        rod = rod_at(reference, fitted.q)
-        require_ratio(rod.ratio)
+            fitted = again
         try:
-            equilibria, consistency = resolved(problem, fitted, rod)
+            equilibria, consistency = resolved(problem, fitted)
         except PeelOptError as error:
             failure = error
             continue
-        best = Trial(reference, problem, fitted, equilibria, consistency)
+        best = Trial(problem, fitted, equilibria, consistency)
         if consistency <= AGREED:
             break
     if best is None:
         raise failure or NotConverged("the fit was lost on a finer mesh.", remedy="Give a rod to start from.")
     return best
-
-
-def rod_at(reference: Rod, q: np.ndarray) -> Rod:
-    """Return the rod whose numbers are exp(q) times those of a reference."""
-    return Rod(*(getattr(reference, name) * math.exp(v) for name, v in zip(MATERIAL, q, strict=True)))
-
-
-def resolved(problem: Problem, fitted: Fitted, rod: Rod) -> tuple[list[Equilibrium], float]:
-    """Return the public answer for every fitted state, and the largest difference from the fit.
-
-    Raises
-    ------
-    NotCertified
-        If a fitted state is not the one the public function finds.
-    PeelOptError
-        If that function has no answer.
-    """
-    equilibria, worst = [], 0.0
-    for observation, signature, u, d in zip(
-        problem.observations,
-        fitted.blocks.signatures,
-        fitted.blocks.state.unknowns,
-        fitted.blocks.state.data,
-        strict=True,
-    ):
-        part = block(signature)
-        s = part.problem.scalars(u[: part.problem.size])
-        _, g_u, g_q, *_ = part.evaluate(u, fitted.q, d)
-        # The direction along the branch: what is left without exact lengths and pressures.
-        _, own = (
-            follow(part, u, g_u, g_q) if "exact" not in (signature.length, signature.pressure) else (0, None)
-        )
-        by_length = signature.length == "exact"
-        if own is not None:
-            d_sigma = np.abs(own[part.problem.size - 2]).max()
-            d_pressure = np.abs(_pressure_change(s, own[part.problem.size - 4 : part.problem.size])).max()
-            by_length = d_sigma / s.sigma > d_pressure / max(s.pressure_ratio, 1e-300)
-        problem.watch()
-        eq, gap = _asked(rod, s.sigma, s.pressure_ratio, observation.state, by_length)
-        if gap > MOST_APART:
-            raise NotCertified(
-                f"{observation.name} is fitted at p/T0 = {s.pressure_ratio:.8g}, sbar/eta = {s.sigma:.8g},"
-                f" but the fitted rod is at p/T0 = {eq.pressure_ratio:.8g},"
-                f" sbar/eta = {eq.length_ratio:.8g} there.",
-                remedy="Near a fold a length or pressure has no state nearby: give it a standard deviation.",
-            )
-        equilibria.append(eq)
-        worst = max(worst, gap)
-    return equilibria, worst
-
-
-def _pressure_change(s: Scalars, own: np.ndarray) -> np.ndarray:
-    """Change of P = 1 + m A / sigma^3 along directions of (A, m, sigma, lambda)."""
-    return (own[1] * s.A + s.m * own[0]) / s.beta0 - 3.0 * s.alpha1 / s.beta0 * own[2] / s.sigma
-
-
-def _asked(rod: Rod, sigma: float, P: float, state: str | None, by_length: bool) -> tuple[Equilibrium, float]:
-    """Ask for the state in the better conditioned way, then in the other."""
-    error: PeelOptError | None = None
-    for length_given in (by_length, not by_length):
-        try:
-            if length_given:
-                eq = _holding(rod, rod.length(sigma), rod.pressure(P), state)
-                return eq, abs(eq.pressure_ratio - P)
-            eq = length_given_pressure(rod, rod.pressure(P), near=rod.length(sigma))
-            return eq, abs(eq.length_ratio - sigma)
-        except PeelOptError as caught:
-            error = error or caught
-    assert error is not None
-    raise error
-
-
-def _holding(rod: Rod, length: float, pressure: float, state: str | None) -> Equilibrium:
-    """Equilibrium of a length near a pressure; by name if it is there, since ``near`` walks elsewhere too."""
-    for name in UNFOLDED if state == "unfolded" else (state,):
-        try:
-            eq = pressure_given_length(rod, length, state=name)
-        except PeelOptError:
-            continue
-        if abs(eq.pressure - pressure) <= rod.pressure(MOST_APART):
-            return eq
-    return pressure_given_length(rod, length, near=pressure)

@@ -14,13 +14,15 @@ import numpy as np
 
 from ...base.errors import NotConverged
 from ...continuation.points import Point
-from ...continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch
-from ...model.bond import COHESIVE
+from ...continuation.primary import PrimaryBranch, primary_branch
+from ...model.bond import CohesiveLaw
 from ...model.rod import MATERIAL, Rod
 from ...residual.closures import Closure
-from ...residual.discretisation import Profile
 from ...residual.shape import sample_shape
+from .chart import HIGHEST, States
 from .data import Observation
+from .pairs import fits
+from .problem import Fitted, Problem, logarithms
 
 #: Ratios eta/y0 that are tried.
 GRID = np.geomspace(0.006, 2500.0, 29)
@@ -28,67 +30,59 @@ GRID = np.geomspace(0.006, 2500.0, 29)
 #: Distance in logarithms beyond which a pair counts less in the search: it may be an outlier.
 SOFT = 0.1
 
-#: No start is nearer to T, the straight rod, than this share of the first stretch of its branch.
-LEAST_SHARE = 0.05
+#: How far past the least pressure the curve of a rod goes on, in A: other rods turn a little later.
+MARGIN = 0.6
 
 
-def branch_of(ratio: float) -> PrimaryBranch:
-    """Return the whole branch of a rod under law (8), from T to contact."""
-    branch = primary_branch(COHESIVE, Closure("ratio", ratio))
-    branch.extend(lambda _: False)
+def branch_of(law: CohesiveLaw, ratio: float) -> PrimaryBranch:
+    """Return the whole branch of a rod, from T to contact."""
+    branch = primary_branch(law, Closure("ratio", ratio))
+    branch.extend(lambda last: last.scalars.A > HIGHEST)
     return branch
 
 
-def fits(label: str, state: str | None) -> bool:
-    """Whether a state of a branch may be what was observed."""
-    return label == state or (state == "unfolded" and label in UNFOLDED)
-
-
-def projected(rod: Rod, observation: Observation) -> Profile:
-    """Return the equilibrium of a rod that is nearest to an observation.
+def begun(rod: Rod, problem: Problem) -> tuple[Fitted, States]:
+    """Return a rod as the start of a fit, pictures at their best points, and the nodes of its curve.
 
     Raises
     ------
     NotConverged
-        If the rod has no such state, or it cannot be reached.
+        If the rod has no state like that of an observation.
     """
-    branch = branch_of(rod.ratio)
-    own = observation.scaled(rod.eta, rod.adhesion_strength)
-    best: tuple[float, Candidate] | None = None
-    for here, there in zip(branch.points[:-1], branch.points[1:], strict=True):
-        label = branch.state_at(0.5 * (here.arclength + there.arclength))
-        if not fits(label, observation.state):
-            continue
-        distance, share = _distance(own, here, there)
-        if best is None or distance < best[0]:
-            if here.scalars.A == 0.0:
-                share = max(share, LEAST_SHARE)
-            given = Closure("amplitude", (1.0 - share) * here.scalars.A + share * there.scalars.A)
-            best = distance, Candidate(branch.family, here, there, share, given, label)
-    if best is None:
-        raise NotConverged(
-            f"{observation.name}: the rod with eta/y0 = {rod.ratio:.4g} has no {observation.state} state.",
-            remedy="Give another state, or another rod to start from.",
-        )
-    chosen = best[1]
-    try:
-        return chosen.profile
-    except NotConverged:
-        return (chosen.here if chosen.share < 0.5 else chosen.there).profile
+    branch = branch_of(problem.chart.law, rod.ratio)
+    minimum = branch.fold("LP-pressure")
+    folded = any(o.state == "folded" for o in problem.observations) or minimum is None
+    last = HIGHEST if folded or minimum is None else minimum.point.scalars.A + MARGIN
+    # At the contact itself the system is singular.
+    points = [p for p in branch.points if p.scalars.m != 0.0 and last >= p.scalars.A] or branch.points[:1]
+    points += branch.points[1:2] if len(points) < 2 else []
+    nodes = States.at_points(points)
+    nodes.A[0] = 0.0
+    labels = [branch.state_at(p.arclength) for p in points]
+    chosen = []
+    for observation in problem.observations:
+        like = [i for i, label in enumerate(labels) if fits(label, observation.state) and i > 0]
+        if not like:
+            raise NotConverged(
+                f"{observation.name}: the rod with eta/y0 = {rod.ratio:.4g} has no {observation.state} state.",
+                remedy="Give another state, or another rod to start from.",
+            )
+        if observation.points is None:
+            chosen.append(like[0])  # the curve is searched for pairs, as a whole
+        else:
+            own = observation.scaled(rod.eta, rod.adhesion_strength)
+            chosen.append(min(like, key=lambda i: _misfit(own, points[i])))
+    origins = [_origin(o, points[i], rod) for o, i in zip(problem.observations, chosen, strict=True)]
+    directions = np.eye(int(problem.free.sum()))
+    return Fitted(logarithms(rod), nodes.take(np.array(chosen)), np.array(origins), directions), nodes
 
 
-def _distance(own: Observation, here: Point, there: Point) -> tuple[float, float]:
-    """Squared distance of an observation from a stretch of branch, and where on it that is."""
-    a, b = (np.array(_place(p)) for p in (here, there))
-    known = np.array([own.length is not None, own.pressure is not None])
-    target = np.array([math.log(own.length or 1.0), math.log(own.pressure or 1.0)])
-    step = (b - a)[known]
-    share = float(np.clip(step @ (target - a)[known] / max(step @ step, 1e-300), 0.0, 1.0))
-    gap = float(np.sum((a + share * (b - a) - target)[known] ** 2))
-    if own.points is not None:
-        nearer = here if share < 0.5 else there
-        gap += _misfit(own, nearer)
-    return gap, share
+def _origin(observation: Observation, point: Point, rod: Rod) -> float:
+    """x of the detachment point [m] as far as the tip tells it, the point furthest from the attached part."""
+    if observation.points is None or not observation.free_origin:
+        return 0.0
+    shape = sample_shape(point.problem, point.x)
+    return float(observation.points[:, 0].min() - shape.x.min() * rod.length(point.scalars.sigma))
 
 
 def _place(point: Point) -> tuple[float, float]:
@@ -98,7 +92,7 @@ def _place(point: Point) -> tuple[float, float]:
 
 
 def _misfit(own: Observation, point: Point) -> float:
-    """Mean squared distance of measured points from a shape, over its length squared."""
+    """Mean squared distance of measured points and numbers from a state, over its size squared."""
     assert own.points is not None
     shape = sample_shape(point.problem, point.x)
     sigma = point.scalars.sigma
@@ -107,11 +101,13 @@ def _misfit(own: Observation, point: Point) -> float:
         # By the tip: the point furthest from the attached part.
         x = x - x.min() + shape.x.min() * sigma
     gaps = np.hypot(x[:, None] - sigma * shape.x, y[:, None] - sigma * shape.y).min(axis=1)
-    return float(np.mean(gaps**2)) / sigma**2
+    known = [(own.length, sigma), (own.pressure, max(point.scalars.pressure_ratio, 1e-12))]
+    numbers = sum(math.log(value / there) ** 2 for value, there in known if value is not None)
+    return float(np.mean(gaps**2)) / sigma**2 + numbers
 
 
 def coarse_rods(
-    observations: Sequence[Observation], known: Mapping[str, float], count: int = 3
+    observations: Sequence[Observation], known: Mapping[str, float], law: CohesiveLaw, count: int = 3
 ) -> list[tuple[float, Rod]]:
     """Return the rods that a search over all eta/y0 finds worth starting from, best first.
 
@@ -120,6 +116,7 @@ def coarse_rods(
     observations : sequence of Observation
     known : mapping
         The material numbers that are not looked for, in SI units.
+    law : CohesiveLaw
     count : int
         At most so many.
 
@@ -132,7 +129,7 @@ def coarse_rods(
     folded = np.array([o.state == "folded" for o in observations])
     found = []
     for ratio in _ratios(known):
-        curves = _curves(float(ratio))
+        curves = _curves(law, float(ratio))
         offset, directions = _shifts(float(ratio), known)
         trial = _best_shift(pairs, folded, curves, offset, directions)
         if trial is not None:
@@ -158,10 +155,10 @@ def _log_pair(observation: Observation) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=64)
-def _curves(ratio: float) -> tuple[np.ndarray, np.ndarray]:
+def _curves(law: CohesiveLaw, ratio: float) -> tuple[np.ndarray, np.ndarray]:
     """(log sigma, log P) along the unfolded and the folded part."""
     try:
-        branch = branch_of(ratio)
+        branch = branch_of(law, ratio)
     except NotConverged:
         return np.empty((0, 2)), np.empty((0, 2))
     parts: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])

@@ -1,0 +1,182 @@
+"""Points of a picture beside a solved shape: the place on it nearest to each, and how far it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from ...residual.discretisation import Discretisation
+from ...residual.spectral import gauss, integration_matrix, values_matrix
+from .chart import States
+from .data import Observation
+
+#: Gauss nodes of each phase from which a shape is integrated, and lines by which it is looked through.
+NODES, LINES = 24, 100
+
+#: Steps towards the foot of a point; each leaves its distance over the radius of curvature.
+STEPS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Misses:
+    """How far points are from a shape, in standard deviations: rows x, y of each point in turn.
+
+    Parameters
+    ----------
+    r : ndarray, shape (2 n,)
+    by_groups : ndarray, shape (2 n, 3)
+        Derivatives by (log eta, log T0, log r), along the normals: feet move with the shape.
+    by_own : ndarray, shape (2 n, 2)
+        By A and by the x of the detachment point [m].
+    beyond_tip : int
+        Points that have the tip itself as their foot.
+    """
+
+    r: np.ndarray
+    by_groups: np.ndarray
+    by_own: np.ndarray
+    beyond_tip: int
+
+
+def misses(observation: Observation, state: States, eta: float, origin: float) -> Misses:
+    """Return how far the points of an observation are from its one state.
+
+    Parameters
+    ----------
+    observation : Observation
+    state : States
+        Of length 1.
+    eta : float
+        [m].
+    origin : float
+        x of the detachment point [m].
+    """
+    assert observation.points is not None
+    shape = _Shape.of(state)
+    size = eta * float(state.numbers[0, 0])
+    measured = observation.points[:, :2] - (origin, 0.0)
+    sd = observation.points[:, 2]
+    phase, zeta, plate = shape.feet(measured / size)
+    if observation.tip:
+        phase[0], zeta[0], plate[0] = 0, 0.0, False
+    (place, angle), change = shape.places(phase, zeta), shape.changes(phase, zeta)
+    grows = np.stack([state.by_r[0, 0] * place, state.by_A[0, 0] * place], axis=-1)
+    moves = np.zeros((len(sd), 2, 5))
+    moves[:, :, 0] = size * place
+    moves[:, :, 2], moves[:, :, 3] = np.moveaxis(eta * grows + size * change, -1, 0)
+    moves[:, 0, 4] = 1.0
+    off = size * place - measured
+    # Along the rod a foot moves freely; along the plate, which has every x > 0, too.
+    tangent = np.column_stack([np.cos(angle), np.sin(angle)])
+    tangent[(phase == 0) & (zeta <= 0.0)] = 0.0
+    moves -= tangent[:, :, None] * np.einsum("ij,ijk->ik", tangent, moves)[:, None]
+    off -= tangent * np.sum(tangent * off, axis=1)[:, None]
+    moves[plate], off[plate, 0], off[plate, 1] = 0.0, 0.0, -measured[plate, 1]
+    beyond = int(np.count_nonzero((phase == 0) & (zeta <= 0.0) & ~plate))
+    moves = (moves / sd[:, None, None]).reshape(-1, 5)
+    return Misses((off / sd[:, None]).ravel(), moves[:, :3], moves[:, 3:], beyond)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """A solved shape in units of its length, the detachment point at the origin.
+
+    Parameters
+    ----------
+    lengths, angles : ndarray, shapes (phases,) and (phases, NODES)
+        Shares of the length, and theta at the Gauss nodes.
+    d_lengths, d_angles : ndarray
+        Their derivatives by log r and A, along a further last axis.
+    """
+
+    lengths: np.ndarray
+    angles: np.ndarray
+    d_lengths: np.ndarray
+    d_angles: np.ndarray
+
+    @classmethod
+    def of(cls, state: States) -> _Shape:
+        problem, x, rates = state.problems[0], state.x[0], state.rates[0]
+        field, jacobian = (part.full() for part in _fields(problem)(x))
+        A, phases = x[-4], len(problem.phases)
+        d_angles = A * jacobian @ rates + field * rates[-4]
+        ends = problem.lengths(np.zeros(problem.size))
+        d_lengths = np.column_stack([problem.lengths(rate) - ends for rate in rates.T])
+        return cls(
+            problem.lengths(x),
+            (A * field).reshape(phases, NODES),
+            d_lengths,
+            d_angles.reshape(phases, NODES, 2),
+        )
+
+    @cached_property
+    def _slopes(self) -> tuple[np.ndarray, np.ndarray]:
+        """(cos, sin) of the angles at the nodes, and where each phase starts, the detachment point at 0."""
+        slopes = np.stack([np.cos(self.angles), np.sin(self.angles)], axis=-1)
+        steps = self.lengths[:, None] * np.einsum("k,pkc->pc", gauss(NODES)[1], slopes)
+        return slopes, -np.cumsum(steps[::-1], axis=0)[::-1]
+
+    def places(self, phase: np.ndarray, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places on the rod, shape (n, 2), and angles there, shape (n,)."""
+        slopes, starts = self._slopes
+        inside, values = _at(zeta)
+        part = np.einsum("nk,nkc->nc", inside, slopes[phase])
+        place = starts[phase] + self.lengths[phase][:, None] * part
+        return place, np.einsum("nk,nk->n", values, self.angles[phase])
+
+    def changes(self, phase: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+        """Derivatives of the places by log r and A, shape (n, 2, 2)."""
+        slopes, _ = self._slopes
+        whole, (inside, _) = gauss(NODES)[1], _at(zeta)
+        d_slopes = np.stack([-slopes[..., 1], slopes[..., 0]], axis=-1)[..., None] * self.d_angles[:, :, None]
+        d_steps = self.lengths[:, None, None] * np.einsum("k,pkcd->pcd", whole, d_slopes)
+        d_steps += np.einsum("k,pkc->pc", whole, slopes)[..., None] * self.d_lengths[:, None]
+        d_starts = -np.cumsum(d_steps[::-1], axis=0)[::-1]
+        part = np.einsum("nk,nkc->nc", inside, slopes[phase])
+        d_part = np.einsum("nk,nkcd->ncd", inside, d_slopes[phase])
+        grown = part[..., None] * self.d_lengths[phase][:, None]
+        return d_starts[phase] + self.lengths[phase][:, None, None] * d_part + grown
+
+    def feet(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Phase and local coordinate nearest to each point, and whether the plate is nearer still."""
+        phases, grid = len(self.lengths), np.linspace(0.0, 1.0, LINES + 1)
+        curve, _ = self.places(np.repeat(np.arange(phases), LINES + 1), np.tile(grid, phases))
+        curve = curve.reshape(phases, LINES + 1, 2)
+        begin, step = curve[:, :-1].reshape(-1, 2), np.diff(curve, axis=1).reshape(-1, 2)
+        away = points[:, None] - begin
+        share = np.clip((away * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-300), 0.0, 1.0)
+        gaps = np.linalg.norm(away - share[..., None] * step, axis=2)
+        line, row = np.argmin(gaps, axis=1), np.arange(len(points))
+        phase, zeta = line // LINES, (line % LINES + share[row, line]) / LINES
+        plate = (points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= gaps[row, line])
+        for _ in range(STEPS):
+            place, angle = self.places(phase, zeta)
+            ahead = (points - place)[:, 0] * np.cos(angle) + (points - place)[:, 1] * np.sin(angle)
+            zeta = np.clip(zeta + ahead / self.lengths[phase], 0.0, 1.0)
+        return phase, zeta, plate
+
+
+@lru_cache(maxsize=1)
+def _series() -> tuple[np.ndarray, np.ndarray]:
+    """Matrices from values at the nodes to Legendre series: of their integral from 0, and of themselves."""
+    points = gauss(NODES + 1)[0]
+    back = np.linalg.inv(legvander(2.0 * points - 1.0, NODES))
+    return back @ integration_matrix(NODES, points), back @ values_matrix(NODES, points)
+
+
+def _at(zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices from values at the nodes to integrals from 0 to each ``zeta``, and to values there."""
+    basis = legvander(2.0 * zeta - 1.0, NODES)
+    integral, values = _series()
+    return basis @ integral, basis @ values
+
+
+@lru_cache(maxsize=64)
+def _fields(problem: Discretisation) -> ca.Function:
+    """Compiled x -> Theta at the Gauss nodes of every phase, and its Jacobian."""
+    Theta = problem.sample_expression(gauss(NODES)[0])[:, 0]
+    return ca.Function("angles", [problem.x], [Theta, ca.jacobian(Theta, problem.x)])

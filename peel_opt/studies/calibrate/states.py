@@ -1,0 +1,99 @@
+"""Fitted states, asked for again by the public functions."""
+
+from __future__ import annotations
+
+from ...base.errors import AmbiguousState, NotCertified, PeelOptError
+from ...continuation.primary import UNFOLDED, primary_branch
+from ...equilibria.ask import length_given_pressure, pressure_given_length
+from ...equilibria.result import Equilibrium
+from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.rod import Rod
+from ...residual.closures import Closure
+from .problem import Fitted, Problem
+
+#: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
+MOST_APART = 1e-6
+
+#: Distance below p = T0 at which the state beside T is asked for: at T itself the rod is straight.
+BESIDE_T = 1e-12
+
+
+def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float]:
+    """Return the public answer for every fitted state, and the largest difference from the fit.
+
+    Raises
+    ------
+    NotCertified
+        If a fitted state is not the one the public function finds.
+    PeelOptError
+        If that function has no answer.
+    """
+    rod, states, law = fitted.rod, fitted.states, problem.chart.law
+    label = _labels(law, rod)
+    equilibria, worst = [], 0.0
+    for i, observation in enumerate(problem.observations):
+        sigma, P = states.numbers[i].tolist()
+        problem.watch()
+        # Asked for by the number that changes more along the branch, unless the other one was exact.
+        by_length = abs(states.by_A[i, 0]) / sigma > abs(states.by_A[i, 1]) / max(P, 1e-300)
+        exact = [name for name in ("length", "pressure") if observation.role(name) == "exact"]
+        if len(exact) == 1:
+            by_length = exact == ["length"]
+        eq, gap = _asked(rod, sigma, P, label(float(states.A[i])), by_length, law)
+        if gap > MOST_APART:
+            raise NotCertified(
+                f"{observation.name} is fitted at p/T0 = {P:.8g}, sbar/eta = {sigma:.8g},"
+                f" but the fitted rod is at p/T0 = {eq.pressure_ratio:.8g},"
+                f" sbar/eta = {eq.length_ratio:.8g} there.",
+                remedy="Near a fold a length or pressure has no state nearby: give it a standard deviation.",
+            )
+        equilibria.append(eq)
+        worst = max(worst, gap)
+    return equilibria, worst
+
+
+def _labels(law: CohesiveLaw, rod: Rod):
+    """Return the name of a state by its tip angle."""
+    branch = primary_branch(law, Closure("ratio", rod.ratio))
+    minimum = branch.reach("LP-pressure")
+    bend = branch.fold("LP-length")
+
+    def label(A: float) -> str:
+        if minimum is not None and A > minimum.point.scalars.A:
+            return "folded"
+        return "lower" if bend is not None and A > bend.point.scalars.A else "middle"
+
+    return label
+
+
+def _asked(
+    rod: Rod, sigma: float, P: float, label: str, by_length: bool, law: CohesiveLaw
+) -> tuple[Equilibrium, float]:
+    """Ask for the state in the better conditioned way, then in the other."""
+    error: PeelOptError | None = None
+    # "auto" calls law (8) linear where the two agree.
+    named = "auto" if law == COHESIVE else law
+    for length_given in (by_length, not by_length):
+        try:
+            if length_given:
+                eq = _holding(rod, rod.length(sigma), rod.pressure(P), label, named)
+                return eq, abs(eq.pressure_ratio - P)
+            state = "unfolded" if label in UNFOLDED else label
+            held = rod.pressure(min(P, 1.0 - BESIDE_T))
+            eq = length_given_pressure(rod, held, state=state, law=named)
+            return eq, abs(eq.length_ratio - sigma)
+        except PeelOptError as caught:
+            error = error or caught
+    assert error is not None
+    raise error
+
+
+def _holding(rod: Rod, length: float, pressure: float, label: str, law: str | CohesiveLaw) -> Equilibrium:
+    """Equilibrium of a length; ``near``, which walks elsewhere too, only where the name does not tell."""
+    try:
+        eq = pressure_given_length(rod, length, state=label, law=law)
+        if abs(eq.pressure - pressure) <= rod.pressure(MOST_APART):
+            return eq
+    except AmbiguousState:
+        pass
+    return pressure_given_length(rod, length, near=pressure, law=law)
