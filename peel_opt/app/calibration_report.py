@@ -30,10 +30,13 @@ def heading(card: CalibrationCard, path: str) -> str:
     return "\n".join(lines)
 
 
-def fit_table(fit: Calibration, level: float = 0.95) -> str:
+#: Interval of a number, and what it is from.
+Intervals = dict[str, tuple[float, float, str]]
+
+
+def fit_table(fit: Calibration, level: float, intervals: Intervals) -> str:
     """Return estimates with their intervals, correlation, chi-square and warnings."""
     rows = [["number", "estimate", "+-", f"{100 * level:g} % interval", "correlation"]]
-    intervals = intervals_of(fit, level)
     for i, (name, value) in enumerate(fit.estimates.items()):
         unit = UNITS[name]
         low, high, how = intervals[name]
@@ -62,11 +65,11 @@ def fit_table(fit: Calibration, level: float = 0.95) -> str:
     return "\n".join(lines)
 
 
-def intervals_of(fit: Calibration, level: float) -> dict[str, tuple[float, float, str]]:
-    """Return the interval of every number and what it is from: the covariance where no profile can be had."""
+def intervals_of(fit: Calibration, level: float) -> Intervals:
+    """Return the interval of every number: from the covariance where no profile can be had."""
     found = {}
     for name in fit.free:
-        how = "profile" if fit.loss == "least-squares" else "covariance"
+        how = "profile" if fit.has_profile else "covariance"
         try:
             low, high = fit.interval(name, level=level)
         except NotConverged as error:
@@ -98,15 +101,16 @@ def observation_table(fit: Calibration) -> str:
     return aligned(rows)
 
 
-def fit_record(fit: Calibration, level: float | None = None) -> dict[str, Any]:
-    """Return a fit as plain data, with units in the keys; with a ``level``, profile intervals too."""
+def fit_record(
+    fit: Calibration, level: float | None = None, intervals: Intervals | None = None
+) -> dict[str, Any]:
+    """Return a fit as plain data, with units in the keys; with ``intervals`` of a ``level``, those too."""
     record: dict[str, Any] = {"status": "fitted", "free": list(fit.free)}
-    intervals = {} if level is None else intervals_of(fit, level)
     for name, value in fit.estimates.items():
         unit = UNITS[name]
         record[f"{name} [{unit}]"] = value
         record[f"{name}_sd [{unit}]"] = fit.sd[name]
-        if level is not None:
+        if intervals is not None:
             *ends, how = intervals[name]
             record[f"{name}_interval [{unit}]"] = ends
             record[f"{name}_interval_method"] = how
@@ -177,14 +181,16 @@ def write_fit_csv(fit: Calibration, path: str | Path) -> Path:
     return write_csv(path, record.items(), columns)
 
 
-def write_fit(fit: Calibration, folder: Path, name: str, level: float, *, picture: bool = True) -> None:
-    """Write CSV, JSON and a picture of a fit, named after its card."""
+def write_fit(
+    fit: Calibration, folder: Path, name: str, record: dict[str, Any], *, picture: bool = True
+) -> None:
+    """Write CSV, a record as JSON and a picture of a fit, named after its card."""
     from ..base.files import atomic_write
     from .report import as_json
 
     stem = slug(name)
     fit.to_csv(folder / f"{stem}.csv")
-    text = as_json(fit_record(fit, level)) + "\n"
+    text = as_json(record) + "\n"
     atomic_write(folder / f"{stem}.json", lambda file: file.write(text.encode()))
     if picture:
         from ..plots import save_figure

@@ -7,16 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from peel_opt.calibration_blocks import block
-from peel_opt.calibration_programme import Solver
 
 import peel_opt as po
 from peel_opt.app.calibration_report import intervals_of
+from peel_opt.continuation.primary import primary_branch
+from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
-from peel_opt.studies.calibrate.data import Observation, observations
-from peel_opt.studies.calibrate.problem import Placed, Problem, watched
-from peel_opt.studies.calibrate.start import projected
+from peel_opt.residual.closures import Closure
+from peel_opt.studies.calibrate.chart import Chart, States
+from peel_opt.studies.calibrate.linear import LinearModel
+from peel_opt.studies.calibrate.problem import watched
+from peel_opt.studies.calibrate.start import begun
 
 TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 K, T0, Y0 = MATERIAL
@@ -243,37 +245,48 @@ def test_a_point_beyond_the_tip_is_said() -> None:
 # --- how sure -----------------------------------------------------------------------------
 
 
-def test_gradients_are_those_of_differences() -> None:
-    data = observations([noisy(TRUTH, PLACES[[1, 6]], seed=9), picture(4.5e4, 2, free_origin=True)])
-    seen = [o.scaled(TRUTH.eta, T_TRUE) for o in data]
-    seen = [Observation(**{**o.__dict__, "state": "unfolded"}) for o in seen]
-    problem = Problem(seen, TRUTH.ratio, np.ones(3, bool), None)
-    posed = problem.pose(np.zeros(3), [Placed(projected(TRUTH, o)) for o in data_with_state(data)])
-    h = 1e-6
-    for signature, u, d in zip(posed.signatures, posed.state.unknowns, posed.state.data, strict=True):
-        part, q = block(signature), np.array([0.01, -0.02, 0.03])
-        _, g_u, g_q, _, r_u, r_q = part.evaluate(u, q, d)
-        for j in range(part.unknowns + 3):
-            du, dq = np.zeros(part.unknowns), np.zeros(3)
-            (du if j < part.unknowns else dq)[j if j < part.unknowns else j - part.unknowns] = h
-            above, below = part.evaluate(u + du, q + dq, d), part.evaluate(u - du, q - dq, d)
-            for k, by_u, by_q in ((0, g_u, g_q), (3, r_u, r_q)):
-                column = by_u[:, j] if j < part.unknowns else by_q[:, j - part.unknowns]
-                difference = (above[k] - below[k]) / (2.0 * h)
-                assert difference == pytest.approx(column, abs=1e-4 * (1.0 + np.abs(column).max()))
+@pytest.mark.parametrize("law", [COHESIVE, po.exponential()], ids=lambda law: law.name)
+def test_gradients_on_the_chart_are_those_of_differences(law: po.CohesiveLaw) -> None:
+    branch = primary_branch(law, Closure("ratio", 0.75))
+    branch.reach("LP-pressure")
+    chart, log_r, h = Chart(law, 16), math.log(0.75), 1e-4
+    points = [p for p in branch.points[1:] if p.scalars.A > 0.05]
+    here = chart.at(States.at_points(points), log_r, np.array([p.scalars.A + 1e-3 for p in points]))
+    moved = {
+        name: [
+            chart.at(here, log_r + sign * h * (name == "r"), here.A + sign * h * (name == "A"))
+            for sign in (1, -1)
+        ]
+        for name in ("r", "A")
+    }
+    for name, rate in (("r", here.by_r), ("A", here.by_A)):
+        above, below = (there.numbers for there in moved[name])
+        assert (above - below) / (2.0 * h) == pytest.approx(rate, rel=1e-5, abs=1e-5)
+    above, below = (there.by_A for there in moved["A"])
+    same = [a is b for a, b in zip(*(there.problems for there in moved["A"]), strict=True)]
+    assert sum(same) > 0.8 * len(same)
+    difference = (above - below) / (2.0 * h)
+    assert difference[same] == pytest.approx(here.by_AA[same], rel=1e-4, abs=1e-4)
 
 
-def data_with_state(data: list[Observation]) -> list[Observation]:
-    return [Observation(**{**o.__dict__, "state": "unfolded"}) for o in data]
+def test_the_gradient_of_a_fit_is_that_of_its_chi_square() -> None:
+    """Also with a picture, whose points find their places anew at every rod."""
+    data = [noisy(TRUTH, PLACES[[1, 4, 6]], seed=9), picture(4.5e4, 2, free_origin=True)]
+    problem = po.calibrate(data, free=(Y0,), rod=start((Y0,))).problem
 
+    def fixed(y0: float) -> tuple[float, LinearModel]:
+        """All but the rod fitted: chi-square and the linear model there."""
+        rod = po.Rod(TRUTH.bending_stiffness, T_TRUE, y0)
+        nothing = replace(problem, free=np.zeros(3, bool))
+        began, nodes = begun(rod, nothing)
+        near, _ = nothing.along_curves(began, nodes)
+        fitted = nothing.exactly(near)
+        assert fitted is not None
+        return fitted.deviance, problem.linear_model(fitted)
 
-def test_both_hessians_lead_to_one_fit() -> None:
-    data = noisy(TRUTH, PLACES, seed=11)
-    one, other = (
-        po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)), solver=Solver(exact_hessian=exact))
-        for exact in (False, True)
-    )
-    assert one.rod.adhesion_strength == pytest.approx(other.rod.adhesion_strength, rel=1e-8)
+    y0, h = 0.71e-3, 1e-4
+    by_hand = (fixed(y0 * math.exp(h))[0] - fixed(y0 * math.exp(-h))[0]) / (2.0 * h)
+    assert 2.0 * fixed(y0)[1].scores.sum() == pytest.approx(by_hand, rel=1e-5)
 
 
 def test_profile_and_covariance_agree_where_the_fit_is_sharp() -> None:
@@ -322,7 +335,7 @@ def test_steps_are_counted_on_a_terminal_only(capsys: pytest.CaptureFixture[str]
     fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-5), free=(Y0,), rod=TRUTH)
     assert capsys.readouterr().err == ""
     with watched(fit.problem) as problem:
-        replace(problem, watch=lambda: seen.append(1)).solve(fit.fitted.q, fit.fitted.blocks.placed())
+        replace(problem, watch=lambda: seen.append(1)).exactly(fit.fitted)
     assert seen
 
 
@@ -390,7 +403,7 @@ def test_numbers_held_on_the_way_are_let_go_where_the_data_know_better() -> None
     data = noisy(TRUTH, PLACES[:4], seed=5, length=0.1, pressure=0.0)
     begin = po.Rod(TRUTH.bending_stiffness, 2.0 * T_TRUE, 0.5 * TRUTH.adhesion_range)
     fit = po.calibrate(data, free=(T0, Y0), rod=begin)
-    assert fit.problem.ridge == 0.0
+    assert not fit.fitted.held
     assert not any("was held near the start" in w for w in fit.warnings)
     assert fit.chi2 == pytest.approx(0.3624958, rel=1e-5)  # held, 0.4996
     other = po.calibrate(data, free=(T0, Y0), rod=TRUTH)
@@ -437,28 +450,14 @@ def test_data_on_the_folded_branch_contradict_the_unfolded_one() -> None:
         ({"rod": {"thickness": 1.0}}, "thickness"),
         ({"rod": "flap"}, "rod must be a Rod"),
         ({"free": None}, "free must be a list"),
-        ({"solver": "ipopt"}, "solver must be a Solver"),
+        ({"law": "dugdale"}, "unknown law 'dugdale'"),
+        ({"law": po.trapezoidal(0.5)}, "has no transition T"),
     ],
 )
 def test_options_that_cannot_be_meant(options: dict, words: str) -> None:
     data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 33e3], pressure_sd=500.0)
     with pytest.raises(po.InvalidInput, match=words):
         po.calibrate(data, **({"free": (T0,), "rod": TRUTH} | options))
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"tol": 0.0}, "tol must be positive"),
-        ({"tol": "tight"}, "tol must be a number"),
-        ({"max_iterations": 0}, "max_iterations must be a whole number"),
-        ({"max_iterations": 10.0}, "max_iterations must be a whole number"),
-        ({"exact_hessian": "no"}, "exact_hessian must be True or False"),
-    ],
-)
-def test_solvers_that_cannot_be_meant(options: dict, words: str) -> None:
-    with pytest.raises(po.InvalidInput, match=words):
-        Solver(**options)
 
 
 def test_an_exact_pressure_above_a_known_strength() -> None:

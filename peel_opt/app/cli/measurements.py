@@ -43,7 +43,7 @@ def fit_card(
     """
     from pathlib import Path
 
-    from ..calibration_report import fit_record, fit_table, heading, write_fit
+    from ..calibration_report import fit_record, fit_table, heading, intervals_of, write_fit
     from ..report import slug
 
     files = out_files(arguments)
@@ -53,12 +53,14 @@ def fit_card(
         if files is not None:
             files.claim_kinds(card, slug(Path(path).stem), "csv json", pictures=not arguments.no_plot)
         fit = card.fit(Path(path).parent)
+        intervals = intervals_of(fit, level)
+        record = fit_record(fit, level, intervals)
         if files is not None:
-            write_fit(fit, files.folder, Path(path).stem, level, picture=not arguments.no_plot)
+            write_fit(fit, files.folder, Path(path).stem, record, picture=not arguments.no_plot)
         if arguments.json:
-            document["calibration"] = fit_record(fit, level)
+            document["calibration"] = record
         else:
-            say(before + heading(card, path) + "\n\n" + fit_table(fit, level))
+            say(before + heading(card, path) + "\n\n" + fit_table(fit, level, intervals))
         say_written(files, arguments)
     except PeelOptError as error:
         complain(f"{path}: {error}")

@@ -8,7 +8,7 @@ follow from the bordered system that solves for the state.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -34,6 +34,10 @@ WIDTH = 1e-3
 
 #: How often the way to a state is halved before it counts as out of reach.
 MOST_HALVINGS = 5
+
+#: Fields of `States`: lists, numbers of shape (n, 2), and all arrays.
+LISTS, NUMBERS = ("problems", "x", "rates"), ("numbers", "by_r", "by_A", "by_AA")
+ARRAYS = ("log_r", "A", *NUMBERS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +82,24 @@ class States:
 
     def take(self, rows: np.ndarray) -> Self:
         """Return some of the states."""
-        lists = ([column[i] for i in rows] for column in (self.problems, self.x, self.rates))
-        arrays = (self.log_r, self.A, self.numbers, self.by_r, self.by_A, self.by_AA)
-        return type(self)(*lists, *(column[rows] for column in arrays))
+        chosen: dict[str, Any] = {name: [getattr(self, name)[i] for i in rows] for name in LISTS}
+        return replace(self, **chosen, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
     def put(self, rows: np.ndarray, others: States) -> Self:
         """Return the states with some of them replaced."""
-        merged = replace(self, **{name: list(getattr(self, name)) for name in ("problems", "x", "rates")})
-        for place, i in enumerate(rows):
-            merged.problems[i], merged.x[i] = others.problems[place], others.x[place]
-            merged.rates[i] = others.rates[place]
-        arrays = {}
-        for name in ("log_r", "A", "numbers", "by_r", "by_A", "by_AA"):
-            arrays[name] = getattr(self, name).copy()
-            arrays[name][rows] = getattr(others, name)
-        return replace(merged, **arrays)
+        merged: dict[str, Any] = {name: list(getattr(self, name)) for name in LISTS}
+        merged |= {name: getattr(self, name).copy() for name in ARRAYS}
+        for name in LISTS:
+            for i, one in zip(rows, getattr(others, name), strict=True):
+                merged[name][i] = one
+        for name in ARRAYS:
+            merged[name][rows] = getattr(others, name)
+        return replace(self, **merged)
+
+    def lost(self, A: np.ndarray, log_r: float) -> Self:
+        """Return no states at these places, with the unknowns of these ones."""
+        nothing: dict[str, Any] = {name: np.full((len(A), 2), np.nan) for name in NUMBERS}
+        return replace(self, log_r=np.full(len(A), log_r), A=A, **nothing)
 
     def expanded(self, A: np.ndarray, log_r: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the numbers, and their derivatives by A, at other tip angles and another ratio nearby."""
@@ -155,9 +162,7 @@ class Chart:
         return found if np.array_equal(solved_at, A) else found.moved(A, log_r)
 
     def _solved(self, start: States, log_r: float, A: np.ndarray, halvings: int) -> States:
-        found = replace(
-            start, log_r=np.full(len(A), log_r), A=A, **dict.fromkeys(NUMBERS, np.full((len(A), 2), np.nan))
-        )
+        found = start.lost(A, log_r)
         lost = []
         groups: dict[int, list[int]] = {}
         for i, problem in enumerate(start.problems):
@@ -188,8 +193,7 @@ class Chart:
             if good[0]:
                 return states
         if halvings == 0:
-            empty = dict.fromkeys(NUMBERS, np.full((1, 2), np.nan))
-            return replace(start, log_r=np.array([log_r]), A=A, **empty)
+            return start.lost(A, log_r)
         middle = 0.5 * (log_r + float(start.log_r[0])), 0.5 * (A + start.A)
         half = self._solved(start, *middle, halvings - 1)
         if not np.all(np.isfinite(half.numbers)):
@@ -217,10 +221,6 @@ class Chart:
             [problem] * len(x), list(x), list(rates), np.full(len(x), log_r), A, numbers, by_r, by_A, by_AA
         )
         return states, np.asarray(good, bool)
-
-
-#: The columns of numbers of `States`.
-NUMBERS = ("numbers", "by_r", "by_A", "by_AA")
 
 
 def _curvatures(

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.checks import listed, positive
 from ...base.errors import InvalidInput
+from ...base.units import plain
 
 #: States that a measurement may be said to be on; None means unfolded.
 STATES = ("unfolded", "middle", "lower", "folded")
@@ -29,7 +30,7 @@ class Measurements:
     Parameters
     ----------
     length : array_like, shape (n,)
-        Detached lengths sbar [m].
+        Detached lengths sbar [m].  This and all numbers below may be pint quantities, of any unit.
     pressure : array_like, shape (n,)
         Pressures [Pa].
     length_sd, pressure_sd : float or array_like, shape (n,), optional
@@ -61,6 +62,8 @@ class Measurements:
     names: Sequence[str] = ()
 
     def __post_init__(self) -> None:
+        for field, unit in (("length", "m"), ("pressure", "Pa"), ("length_sd", "m"), ("pressure_sd", "Pa")):
+            object.__setattr__(self, field, plain(getattr(self, field), unit, field))
         count = _count("length", self.length)
         names = tuple(map(str, listed("names", self.names))) or tuple(f"row {i}" for i in range(1, count + 1))
         if len(names) != count:
@@ -110,7 +113,8 @@ class MeasuredShape:
     Parameters
     ----------
     x, y : array_like, shape (n,)
-        Along the plate, the attached part at larger x, and above it [m].
+        Along the plate, the attached part at larger x, and above it [m].  All numbers may be pint
+        quantities, of any unit.
     sd : float or array_like, shape (n,)
         Standard deviation of a point, the same in x and y [m].
     pressure, length : float, optional
@@ -151,6 +155,10 @@ class MeasuredShape:
                     f"{field} of {self.name} must be True or False, got {getattr(self, field)!r:.60}."
                 )
             object.__setattr__(self, field, bool(getattr(self, field)))
+        units = {"x": "m", "y": "m", "sd": "m", "pressure": "Pa", "length": "m"}
+        for field, unit in (units | {"pressure_sd": "Pa", "length_sd": "m"}).items():
+            value = plain(getattr(self, field), unit, f"{field} of {self.name}")
+            object.__setattr__(self, field, value)
         names = tuple(f"{self.name}, point {i}" for i in range(1, _count("x", self.x) + 1))
         if not names:
             raise InvalidInput(f"{self.name} has no points.", remedy="Leave out a shape that was not seen.")

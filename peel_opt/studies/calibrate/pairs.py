@@ -92,7 +92,8 @@ class Pairs:
             gap = self.residuals(there[0], scale)
             better = (gap**2).sum(axis=1) <= (r**2).sum(axis=1)
             A, r = np.where(better, trial, A), np.where(better[:, None], gap, r)
-            expanded = tuple(np.where(better[:, None], a, b) for a, b in zip(there, expanded, strict=True))
+            a, b, c = (np.where(better[:, None], *both) for both in zip(there, expanded, strict=True))
+            expanded = a, b, c
             reach = np.where(better, LONGEST, 0.25 * np.abs(step))
         return A
 
@@ -169,7 +170,7 @@ class Curve:
         return self.nodes.take(np.argmin(np.abs(places - A[:, None]), axis=1))
 
     def states(self, A: np.ndarray) -> States:
-        """Return states with the numbers of the curve at some tip angles, and the unknowns of nodes nearby."""
+        """Return states with the numbers of the curve at some tip angles, and unknowns of nodes nearby."""
         near = self.beside(A)
         numbers, by_A, by_AA = self.expand(A)
         by_r = np.column_stack([np.interp(A, self.nodes.A, column) for column in self.nodes.by_r.T])

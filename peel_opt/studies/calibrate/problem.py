@@ -10,7 +10,6 @@ no longer move.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -19,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ...base.errors import NotConverged
+from ...base.progress import progress
 from ...model.rod import MATERIAL, RATIOS, Rod
 from .chart import Chart, States
 from .data import Observation
@@ -32,8 +32,8 @@ FURTHEST = 18.4
 #: How far log r may go, and A, on one expansion; and the move after which it need not be renewed.
 SPAN, STILL = 0.3, 1e-6
 
-#: Renewals of the expansions, and of the feet, before a fit counts as undecided.
-MOST_RENEWALS, MOST_ROUNDS = 25, 5
+#: Renewals of the expansions before a fit counts as undecided.
+MOST_RENEWALS = 25
 
 
 def _unwatched() -> None:
@@ -168,14 +168,14 @@ class Problem:
         Good to what interpolation between the nodes is good to, and exact numbers are soft.
         """
         rows, pairs = self._rows[0], self.pairs(hard)
-        path = _Path(nodes, start)
 
         def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
+            nonlocal nodes
             scale, log_r = scales(q)
             if not len(rows):
                 return pairs.pulls(start.states.take(rows), scale), start.states.take(rows)
-            path.nodes = self.chart.at(path.nodes, log_r, path.nodes.A, halvings=1)
-            curve = Curve.through(path.nodes)
+            nodes = self.chart.at(nodes, log_r, nodes.A, halvings=1)
+            curve = Curve.through(nodes)
             A, _ = curve.nearest(pairs, scale)
             known = np.where(np.isfinite(A), A, 0.0)
             known = pairs.feet(curve.expand, known, scale)
@@ -184,12 +184,12 @@ class Problem:
             pulls.r[~np.isfinite(A)] = np.nan
             return pulls, states
 
-        found = self._descend(start, path, evaluate, hard, tol=1e-6)
+        found = self._descend(start, evaluate, hard, tol=1e-6)
         if not len(rows):
-            return found, path.nodes
+            return found, nodes
         states = found.states.take(rows)
-        exact = self.chart.at(Curve.through(path.nodes).beside(states.A), float(states.log_r[0]), states.A)
-        return replace(found, states=found.states.put(rows, exact)), path.nodes
+        exact = self.chart.at(Curve.through(nodes).beside(states.A), scales(found.q)[1], states.A)
+        return replace(found, states=found.states.put(rows, exact)), nodes
 
     def exactly(self, start: Fitted) -> Fitted | None:
         """Minimise from states nearby, on expansions about exact ones; None where they do not settle."""
@@ -208,7 +208,7 @@ class Problem:
                 states = exact.moved(A, there)
                 return pairs.pulls(states, scale), states
 
-            found = self._descend(at, _Path(None, at), evaluate, HARD, tol=1e-14, span=SPAN)
+            found = self._descend(at, evaluate, HARD, tol=1e-14, span=SPAN)
             tried += found.iterations
             moved = np.append(found.states.A[rows] - exact.A, scales(found.q)[1] - log_r)
             at = replace(found, iterations=start.iterations + tried)
@@ -219,7 +219,6 @@ class Problem:
     def _descend(
         self,
         start: Fitted,
-        path: _Path,
         evaluate: Callable[[np.ndarray], tuple[Pulls, States]],
         hard: float,
         tol: float,
@@ -230,16 +229,17 @@ class Problem:
 
         basis, low, high = _coordinates(start, self.free, span)
         rows, shapes = self._rows
-        last: dict[str, np.ndarray] = {}
+        at, last = start, (np.empty(0), np.empty(0))
 
         def residuals(z: np.ndarray) -> np.ndarray:
+            nonlocal at, last
             self.watch()
             q = start.q + basis @ (z - 1.0)
             r, by_q = [np.full(len(self._items), np.nan)], []
             if RATIOS[0] * (1.0 - 1e-9) <= math.exp(scales(q)[1]) <= RATIOS[1] * (1.0 + 1e-9):
                 pulls, states = evaluate(q)
                 r, by_q = [pulls.r.ravel()], [pulls.projected.reshape(-1, 3)]
-                here = replace(path.at, q=q, states=path.at.states.put(rows, states))
+                here = replace(at, q=q, states=at.states.put(rows, states))
                 for i in shapes:
                     one, (scale, log_r) = np.array([i]), scales(q)
                     near = here.states.take(one), float(here.origins[i])
@@ -251,21 +251,20 @@ class Problem:
                     r.append(picture.r)
                     by_q.append(picture.projected)
                 if np.all(np.isfinite(np.concatenate(r))):
-                    path.at = here
-                    last["z"], last["J"] = z.copy(), np.vstack(by_q) @ basis
+                    at, last = here, (z.copy(), np.vstack(by_q) @ basis)
             return np.concatenate(r)
 
         def jacobian(z: np.ndarray) -> np.ndarray:
-            if not np.array_equal(last["z"], z):
+            if not np.array_equal(last[0], z):
                 residuals(z)
-            return last["J"]
+            return last[1]
 
         begin = np.ones(basis.shape[1])
         first = residuals(begin)
         if not np.all(np.isfinite(first)):
             raise NotConverged("the rod to start from has no state like one of those observed.")
         if not basis.shape[1]:
-            return replace(path.at, deviance=self._loss(first), iterations=1)
+            return replace(at, deviance=self._loss(first), iterations=1)
         solved = least_squares(
             residuals,
             begin,
@@ -279,7 +278,7 @@ class Problem:
             max_nfev=200,
         )
         final = residuals(solved.x)
-        return replace(path.at, deviance=self._loss(final), iterations=int(solved.nfev))
+        return replace(at, deviance=self._loss(final), iterations=int(solved.nfev))
 
     def _loss(self, r: np.ndarray) -> float:
         squares = np.bincount(self._items, r**2)
@@ -293,14 +292,6 @@ class Problem:
         return np.stack(
             [(loss / np.bincount(items))[items], weight[items], -0.5 * weight[items] ** 3 / self.delta**2]
         )
-
-
-@dataclass(eq=False)
-class _Path:
-    """Where a search has come to: the nodes of its curve, and the states of the last rod."""
-
-    nodes: States
-    at: Fitted
 
 
 #: Numbers of an observation, in the order of its rows.
@@ -344,10 +335,5 @@ def _coordinates(start: Fitted, free: np.ndarray, span: float) -> tuple[np.ndarr
 @contextmanager
 def watched(problem: Problem) -> Iterator[Problem]:
     """Return a problem whose steps are counted on a terminal from the first second on."""
-    from tqdm import tqdm
-
-    terminal = sys.stderr is not None and getattr(sys.stderr, "isatty", bool)()
-    with tqdm(
-        desc="calibration", unit=" steps", delay=1.0, miniters=1, leave=False, disable=not terminal
-    ) as bar:
-        yield replace(problem, watch=bar.update)
+    with progress("step of the calibration") as step:
+        yield replace(problem, watch=step)

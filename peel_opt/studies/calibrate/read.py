@@ -2,19 +2,23 @@
 
 ::
 
-    # anything after a hash is a comment
+    # lines above the header that begin with a hash are comments
     length [mm], pressure [kPa], pressure_sd [kPa], state
     1.90, 67.1, 0.5, lower
 
-Cells are separated by commas; numbers have a decimal point.
+Cells are separated by commas; numbers have a decimal point; a cell in double quotes may hold commas and
+line breaks (RFC 4180).  Below the header too a line that begins with a hash is a comment, unless the
+first column is text, where it is a row.
 """
 
 from __future__ import annotations
 
 import csv
 import difflib
+import io
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -136,20 +140,19 @@ def _read(path: str | Path, known: dict[str, Kind | None], needed: tuple[str, ..
     text = read_file(path, lambda data: data.decode("utf-8-sig"), "CSV", remedy, MOST_BYTES)
     if "\0" in text:
         raise InvalidInput(f"{name!r} is no text: it holds NUL bytes.", remedy=remedy)
-    lines = [
-        (number, line.split("#")[0])
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.split("#")[0].strip()
-    ]
-    if not lines:
+    records = _records(text, name)
+    first, header = next(records, (0, []))
+    if not header:
         raise InvalidInput(f"{name!r} is empty.", remedy=remedy)
-    titles = _header(*lines[0], known, needed, name, remedy)
+    titles = _header(first, header, known, needed, name, remedy)
     names = [title for title, _ in titles]
-    if len(lines) == 1:
-        raise InvalidInput(f"{name!r} has a header and no rows.")
     columns: dict[str, Any] = {title: [] for title in names}
-    for number, line in lines[1:]:
-        cells = _cells(line, f"{name!r}, line {number}")
+    rows = []
+    for number, cells in records:
+        # Where the first column holds numbers no row begins with a hash; a note may.
+        if known[names[0]] is not None and cells[0].startswith("#"):
+            continue
+        rows.append(f"{name}, line {number}")
         if len(cells) != len(titles):
             raise InvalidInput(
                 f"{name!r}, line {number}: {len(cells)} cells for {len(titles)} columns.",
@@ -162,21 +165,51 @@ def _read(path: str | Path, known: dict[str, Kind | None], needed: tuple[str, ..
                 raise InvalidInput(
                     f"{place}: unknown state {cell!r}.", remedy=f"Choose one of {', '.join(STATES)}."
                 )
-    rows = tuple(f"{name}, line {number}" for number, _ in lines[1:])
+    if not rows:
+        raise InvalidInput(f"{name!r} has a header and no rows.")
     for title, scale in titles:
         if scale < 0.0:  # a percentage
             base = np.array(columns[title.removesuffix("_sd")])
             columns[title] = list(-np.array(columns[title]) * base)
-    return _Table(name, columns, rows)
+    return _Table(name, columns, tuple(rows))
+
+
+def _records(text: str, name: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the header and every row that is not blank as cells, with the line on which they begin."""
+    # Without translation: CR, LF and both end a line, and nothing else does.
+    lines = list(io.StringIO(text, newline=""))
+    skipped = 0
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith("#"):
+            break
+        skipped += 1
+    reader = csv.reader(lines[skipped:], skipinitialspace=True, strict=True)
+    while True:
+        number = skipped + reader.line_num + 1
+        try:
+            cells = [cell.strip() for cell in next(reader)]
+        except StopIteration:
+            return
+        except csv.Error as error:  # a quote without an end, a cell beyond the limit of the module
+            raise InvalidInput(
+                f"{name!r}, line {number}: {error}.", remedy="Shorten the cell, or close its quote."
+            ) from error
+        if any(cells) or len(cells) > 1:
+            yield number, cells
 
 
 def _header(
-    first: int, header: str, known: dict[str, Kind | None], needed: tuple[str, ...], name: str, remedy: str
+    first: int,
+    header: list[str],
+    known: dict[str, Kind | None],
+    needed: tuple[str, ...],
+    name: str,
+    remedy: str,
 ) -> list[tuple[str, float]]:
     """Return the names of the columns and the SI values of their units."""
-    if "," not in header and (";" in header or "\t" in header):
+    if len(header) == 1 and (";" in header[0] or "\t" in header[0]):
         raise InvalidInput(f"{name!r}, line {first}: cells must be separated by commas.", remedy=remedy)
-    titles = [_title(cell, known, name, first) for cell in _cells(header, f"{name!r}, line {first}")]
+    titles = [_title(cell, known, name, first) for cell in header]
     names = [title for title, _ in titles]
     for title in needed:
         if title not in names:
@@ -184,13 +217,6 @@ def _header(
     if repeated := [title for title in names if names.count(title) > 1]:
         raise InvalidInput(f"{name!r}, line {first}: column {repeated[0]!r} comes twice.")
     return titles
-
-
-def _cells(line: str, place: str) -> list[str]:
-    try:
-        return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
-    except csv.Error as error:  # a cell beyond the limit of the module
-        raise InvalidInput(f"{place}: {error}.", remedy="Shorten the cell; notes are not read.") from error
 
 
 def _title(cell: str, known: dict[str, Kind | None], file: str, line: int) -> tuple[str, float]:

@@ -157,6 +157,11 @@ class Calibration:
         law = self.problem.chart.law
         return "auto" if law == COHESIVE else law
 
+    @property
+    def has_profile(self) -> bool:
+        """Whether there is a likelihood with a maximum: a robust loss is none, and a flat one has none."""
+        return self.loss == "least-squares" and not self.fitted.held
+
     # --- beyond the covariance -----------------------------------------------------------
 
     def profile(self, name: str, *, points: int = 11, width: float = 3.0) -> Profile:

@@ -64,7 +64,8 @@ def begun(rod: Rod, problem: Problem) -> tuple[Fitted, States]:
         like = [i for i, label in enumerate(labels) if fits(label, observation.state) and i > 0]
         if not like:
             raise NotConverged(
-                f"{observation.name}: the rod with eta/y0 = {rod.ratio:.4g} has no {observation.state} state.",
+                f"{observation.name}: the rod with eta/y0 = {rod.ratio:.4g} has no {observation.state}"
+                " state.",
                 remedy="Give another state, or another rod to start from.",
             )
         if observation.points is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ...base.errors import AmbiguousState, NotCertified, PeelOptError
 from ...continuation.primary import UNFOLDED, primary_branch
 from ...equilibria.ask import length_given_pressure, pressure_given_length
@@ -52,7 +54,7 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
     return equilibria, worst
 
 
-def _labels(law: CohesiveLaw, rod: Rod):
+def _labels(law: CohesiveLaw, rod: Rod) -> Callable[[float], str]:
     """Return the name of a state by its tip angle."""
     branch = primary_branch(law, Closure("ratio", rod.ratio))
     minimum = branch.reach("LP-pressure")
