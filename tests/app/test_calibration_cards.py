@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 
 import peel_opt as po
@@ -167,6 +168,66 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     assert shape.name == "shape"
     with pytest.raises(po.InvalidInput, match="needs a column 'sd'"):
         po.read_shape(tmp_path / "shape.csv", pressure=6e4)
+
+
+def test_notes_are_data_and_nothing_but_a_line_break_ends_a_line(tmp_path: Path) -> None:
+    hashes = read(
+        tmp_path, "note,length [mm],pressure [kPa]\n#1,1.9,47\n#2,2.0,40\n3,2.1,34\n", pressure_sd=1.0
+    )
+    assert hashes.length == pytest.approx([1.9e-3, 2.0e-3, 2.1e-3])
+    head = "length [mm],note,pressure [kPa]\n"
+    quoted = read(
+        tmp_path, head + '1.9,"#1",47\n2.0,"two\n1.95,lines,99\nof note",40\n2.1,#3,34\n', pressure_sd=1.0
+    )
+    assert quoted.pressure == pytest.approx([47e3, 40e3, 34e3])
+    assert quoted.names == ("data.csv, line 2", "data.csv, line 3", "data.csv, line 6")
+    for strange in ("\v", "\f", "\x85", "\u2028"):
+        one = read(tmp_path, head + f"1.9,a{strange}1.95,47\n", pressure_sd=1.0)
+        assert one.length == pytest.approx([1.9e-3])
+    with pytest.raises(po.InvalidInput, match="line 3: 1 cells for 3 columns"):
+        read(tmp_path, "note,length [mm],pressure [kPa]\n1,1.9,47\n# the end", pressure_sd=1.0)
+    with pytest.raises(po.InvalidInput, match="line 2: unexpected end of data"):
+        read(tmp_path, head + '1.9,"open,47\n', pressure_sd=1.0)
+
+
+def test_quantities_of_pint_keep_their_units() -> None:
+    units, other = pint.UnitRegistry(), pint.UnitRegistry()
+    mm, kPa = units.mm, other.kPa
+    pairs = po.Measurements(
+        np.array([1.9, 2.0]) * mm,
+        [60.0 * kPa, 6e4 * other.Pa],
+        length_sd=15.0 * units.um,
+        pressure_sd=0.5 * kPa,
+    )
+    assert pairs.length == pytest.approx([1.9e-3, 2.0e-3])
+    assert pairs.pressure == pytest.approx([6e4, 6e4])
+    assert pairs.length_sd == pytest.approx([15e-6, 15e-6])
+    assert pairs.pressure_sd == pytest.approx([500.0, 500.0])
+    shape = po.MeasuredShape([-1.0, -0.5] * mm, [0.5, 0.2] * mm, 12.0 * units.um, pressure=60.0 * kPa)
+    assert shape.x == pytest.approx([-1e-3, -5e-4])
+    assert shape.sd == pytest.approx([12e-6, 12e-6])
+    assert shape.pressure == pytest.approx(6e4)
+    for wrong in (np.array([1.9]) * units.kg, np.array([1.9]) * units.dimensionless):
+        with pytest.raises(po.InvalidInput, match=r"length \[m\] cannot be measured in"):
+            po.Measurements(wrong, [6e4], pressure_sd=500.0)
+
+
+def test_intervals_are_computed_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[str] = []
+    interval = po.Calibration.interval
+
+    def counted(fit: po.Calibration, name: str, **how: object) -> tuple[float, float]:
+        asked.append(name)
+        return interval(fit, name, **how)
+
+    monkeypatch.setattr(po.Calibration, "interval", counted)
+    assert main(["calibrate", str(FLAP), "--out", str(tmp_path), "--no-plot"]) == 0
+    assert asked == ["adhesion_strength", "adhesion_range"]
+    assert "95 % interval" in capsys.readouterr().out
+    stored = json.loads((tmp_path / "calibrate-flap.json").read_text())
+    assert stored["adhesion_range_interval_method"] == "profile"
 
 
 # --- pictures and the example ---------------------------------------------------------------

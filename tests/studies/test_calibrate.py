@@ -435,6 +435,83 @@ def test_data_on_the_folded_branch_contradict_the_unfolded_one() -> None:
     assert any(words.startswith("the data contradict the unfolded branch") for words in fit.warnings)
 
 
+# --- the transition -----------------------------------------------------------------------
+
+
+def test_a_row_above_the_transition_is_fitted_at_it() -> None:
+    data = po.Measurements(
+        np.array([1.83933, 1.73786, 1.79810, 1.94956]) * 1e-3,
+        np.array([140.7, 100.0, 60.0, 45.0]) * 1e3,
+        length_sd=np.array([0.0184, 0.0174, 0.0180, 0.0195]) * 1e-3,
+        pressure_sd=np.array([1.38, 1.00, 0.60, 0.45]) * 1e3,
+    )
+    fit = po.calibrate(data, free=(Y0,), rod={K: 23e-6, T0: 140e3})
+    # By scalar minimisation over y0 and over every true pressure up to T0, through the public calls.
+    assert fit.rod.adhesion_range == pytest.approx(0.7246630e-3, rel=1e-6)
+    assert fit.chi2 == pytest.approx(0.42550792, rel=1e-6)
+    assert fit.equilibria[0].pressure == pytest.approx(140e3, rel=1e-9)
+    assert fit.equilibria[0].length == pytest.approx(fit.rod.critical_length, rel=1e-9)
+    assert [w for w in fit.warnings if w.startswith("row 1 is fitted at T itself")]
+    assert fit.interval(Y0)[0] < 0.73e-3 < fit.interval(Y0)[1]
+
+
+@pytest.mark.parametrize("seed", [1, 20, 38])
+def test_no_data_near_the_transition_are_refused(seed: int) -> None:
+    """Of forty such sets twelve were, whose best state of a row is T; these have one."""
+    rng = np.random.default_rng(seed)
+    lengths, p = states(TRUTH, np.array([0.99, 0.95, 0.85, 0.7, 0.5, 0.35, 0.25]))
+    seen = (v * (1.0 + 0.01 * rng.standard_normal(7)) for v in (lengths, p))
+    data = po.Measurements(*seen, length_sd=0.01 * lengths, pressure_sd=0.01 * p)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
+    assert any("at T itself" in w for w in fit.warnings)
+    assert max(eq.pressure for eq in fit.equilibria) == pytest.approx(fit.rod.adhesion_strength, rel=1e-9)
+    for name in fit.free:
+        assert abs(fit.estimates[name] - getattr(TRUTH, name)) < 4.0 * fit.sd[name]
+
+
+@pytest.mark.parametrize("spike", [150e3, 400e3])
+def test_a_spike_above_the_transition_is_named(spike: float) -> None:
+    lengths, p = states(TRUTH, np.array([0.8, 0.6, 60 / 140, 0.35, 0.3]))
+    seen = p.copy()
+    seen[2] = spike
+    data = po.Measurements(lengths, seen, length_sd=0.01 * lengths, pressure_sd=0.01 * p)
+    fit = po.calibrate(data, free=(Y0,), rod=TRUTH, loss="pseudo-huber")
+    assert fit.rod.adhesion_range == pytest.approx(TRUTH.adhesion_range, rel=0.01)
+    assert {w.split(" is ")[0].split(" counts")[0] for w in fit.warnings} == {"row 3"}
+
+
+# --- laws ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "law",
+    [po.exponential(), po.CohesiveLaw(lambda u: 1.0 / (1.0 + u) ** 2, name="rational")],
+    ids=lambda law: law.name,
+)
+def test_every_law_with_a_transition_can_be_fitted(law: po.CohesiveLaw) -> None:
+    pressures = np.array([0.9, 0.75, 0.6, 0.5, 0.4]) * T_TRUE
+    lengths = np.array([po.length_given_pressure(TRUTH, p, law=law).length for p in pressures])
+    data = po.Measurements(lengths, pressures, length_sd=0.01 * lengths, pressure_sd=0.01 * pressures)
+    fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)), law=law)
+    assert fit.rod.adhesion_strength == pytest.approx(T_TRUE, rel=1e-7)
+    assert fit.rod.adhesion_range == pytest.approx(TRUTH.adhesion_range, rel=1e-7)
+    assert {eq.law for eq in fit.equilibria} == {law.name}
+    low, high = fit.interval(Y0)
+    assert low < TRUTH.adhesion_range < high
+
+
+def test_an_interruption_is_not_a_fit_that_fails() -> None:
+    lengths, p = states(TRUTH, PLACES)
+    fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-5), free=(T0, Y0), rod=start((T0, Y0)))
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    interrupted = replace(fit, problem=replace(fit.problem, watch=interrupt))
+    with pytest.raises(KeyboardInterrupt):
+        interrupted.problem.exactly(fit.fitted)
+
+
 # --- what is refused ----------------------------------------------------------------------
 
 

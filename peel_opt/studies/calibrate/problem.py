@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -33,7 +33,7 @@ FURTHEST = 18.4
 SPAN, STILL = 0.3, 1e-6
 
 #: Renewals of the expansions before a fit counts as undecided.
-MOST_RENEWALS = 25
+MOST_RENEWALS = 5
 
 
 def _unwatched() -> None:
@@ -192,29 +192,43 @@ class Problem:
         return replace(found, states=found.states.put(rows, exact)), nodes
 
     def exactly(self, start: Fitted) -> Fitted | None:
-        """Minimise from states nearby, on expansions about exact ones; None where they do not settle."""
-        rows, pairs, at = self._rows[0], self.pairs(), start
-        tried = 0
+        """Minimise from states nearby over exact ones; None where there are none.
+
+        On expansions about the states, which are renewed until they hardly move; where they do not
+        settle, because residuals are large beside what the data determine, with new states at every rod.
+        """
+        rows, at, tried = self._rows[0], start, start.iterations
         for _ in range(MOST_RENEWALS):
-            base = at.states.take(rows)
-            log_r = scales(at.q)[1]
+            base, log_r = at.states.take(rows), scales(at.q)[1]
             exact = self.chart.at(base, log_r, base.A)
             if not np.all(np.isfinite(exact.numbers)):
                 return None
-
-            def evaluate(q: np.ndarray, exact: States = exact) -> tuple[Pulls, States]:
-                scale, there = scales(q)
-                A = pairs.feet(lambda A: exact.expanded(A, there), exact.A, scale, SPAN)
-                states = exact.moved(A, there)
-                return pairs.pulls(states, scale), states
-
-            found = self._descend(at, evaluate, HARD, tol=1e-14, span=SPAN)
+            found = self._descend(at, partial(self._expanded, exact), HARD, tol=1e-14, span=SPAN)
             tried += found.iterations
             moved = np.append(found.states.A[rows] - exact.A, scales(found.q)[1] - log_r)
-            at = replace(found, iterations=start.iterations + tried)
+            at = replace(found, iterations=tried)
             if np.abs(moved).max() < STILL or not len(rows):
                 return at
-        return None
+        latest = start.states.take(rows)
+
+        def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
+            nonlocal latest
+            _, near = self._expanded(latest, q)
+            exact = self.chart.at(latest, scales(q)[1], near.A)
+            if np.all(np.isfinite(exact.numbers)):
+                latest = exact
+            return self._expanded(exact, q)
+
+        latest = self.chart.at(latest, scales(start.q)[1], latest.A)
+        found = self._descend(start, evaluate, HARD, tol=1e-14)
+        return replace(found, iterations=tried + found.iterations)
+
+    def _expanded(self, states: States, q: np.ndarray) -> tuple[Pulls, States]:
+        """Return the pairs at a rod nearby, their feet on the expansions of some states."""
+        pairs, (scale, log_r) = self.pairs(), scales(q)
+        A = pairs.feet(lambda A: states.expanded(A, log_r), states.A, scale, SPAN)
+        there = states.moved(A, log_r)
+        return pairs.pulls(there, scale), there
 
     def _descend(
         self,
