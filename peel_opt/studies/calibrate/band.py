@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .chart import States
-from .pairs import Curve, Pairs, fits
-from .problem import scales
+from .pairs import Curve, Pairs, fits, scales
 from .start import branch_of
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ class Measurements:
     Parameters
     ----------
     length : array_like, shape (n,)
-        Detached lengths sbar [m].  This and all numbers below may be pint quantities, of any unit.
+        Detached lengths sbar [m].  All numbers may be pint quantities of any unit.
     pressure : array_like, shape (n,)
         Pressures [Pa].
     length_sd, pressure_sd : float or array_like, shape (n,), optional
@@ -113,8 +113,7 @@ class MeasuredShape:
     Parameters
     ----------
     x, y : array_like, shape (n,)
-        Along the plate, the attached part at larger x, and above it [m].  All numbers may be pint
-        quantities, of any unit.
+        Along the plate, the attached part at larger x, and above it [m]; quantities as above.
     sd : float or array_like, shape (n,)
         Standard deviation of a point, the same in x and y [m].
     pressure, length : float, optional
@@ -155,10 +154,9 @@ class MeasuredShape:
                     f"{field} of {self.name} must be True or False, got {getattr(self, field)!r:.60}."
                 )
             object.__setattr__(self, field, bool(getattr(self, field)))
-        units = {"x": "m", "y": "m", "sd": "m", "pressure": "Pa", "length": "m"}
-        for field, unit in (units | {"pressure_sd": "Pa", "length_sd": "m"}).items():
-            value = plain(getattr(self, field), unit, f"{field} of {self.name}")
-            object.__setattr__(self, field, value)
+        for field in ("x", "y", "sd", "pressure", "length", "pressure_sd", "length_sd"):
+            unit = "Pa" if field.startswith("pressure") else "m"
+            object.__setattr__(self, field, plain(getattr(self, field), unit, f"{field} of {self.name}"))
         names = tuple(f"{self.name}, point {i}" for i in range(1, _count("x", self.x) + 1))
         if not names:
             raise InvalidInput(f"{self.name} has no points.", remedy="Leave out a shape that was not seen.")
@@ -189,19 +187,8 @@ class MeasuredShape:
     def observations(self) -> list[Observation]:
         """Return the one observation that this is."""
         points = np.column_stack([self.x, self.y, self.sd])
-        return [
-            Observation(
-                self.name,
-                self.length,
-                self.pressure,
-                self.length_sd,
-                self.pressure_sd,
-                self.state,
-                points,
-                self.free_origin,
-                self.tip,
-            )
-        ]
+        sds, how = (self.length_sd, self.pressure_sd), (self.free_origin, self.tip)
+        return [Observation(self.name, self.length, self.pressure, *sds, self.state, points, *how)]
 
 
 #: What `calibrate` takes.

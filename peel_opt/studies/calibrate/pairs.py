@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ...continuation.primary import UNFOLDED
+from ...model.rod import MATERIAL, Rod
 from .chart import HIGHEST, States
 from .data import Observation
 
@@ -30,6 +31,17 @@ MOST_STEPS, LONGEST, SHORT = 40, 0.3, 1e-13
 
 #: sbar/eta and p/T0 at some tip angles with their derivatives, each of shape (n, 2).
 Expansion = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+def scales(q: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return (eta, T0) in SI units and log r of a rod's logarithms."""
+    log_eta, log_T0, log_r = GROUPS @ q
+    return np.exp([log_eta, log_T0]), float(log_r)
+
+
+def logarithms(rod: Rod) -> np.ndarray:
+    """Return log k, log T0 and log y0."""
+    return np.log([getattr(rod, name) for name in MATERIAL])
 
 
 def fits(label: str, state: str | None) -> bool:

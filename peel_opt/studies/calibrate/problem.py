@@ -19,15 +19,13 @@ import numpy as np
 
 from ...base.errors import NotConverged
 from ...base.progress import progress
-from ...model.rod import MATERIAL, RATIOS, Rod
+from ...model.rod import RATIOS
 from .chart import Chart, States
 from .data import Observation
+from .fitted import Fitted, coordinates
 from .linear import LinearModel, Seen, pseudo_huber
-from .pairs import GROUPS, HARD, SOFT, Curve, Pairs, Pulls
+from .pairs import HARD, SOFT, Curve, Pairs, Pulls, scales
 from .pictures import Picture, best_picture
-
-#: Largest change of a logarithm: no material number is looked for further than a factor 1e8 away.
-FURTHEST = 18.4
 
 #: How far log r may go, and A, on one expansion; and the move after which it need not be renewed.
 SPAN, STILL = 0.3, 1e-6
@@ -38,44 +36,6 @@ MOST_RENEWALS = 5
 
 def _unwatched() -> None:
     """Nobody looks on."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """Numbers of a rod and the states of all observations that go with them.
-
-    Parameters
-    ----------
-    q : ndarray, shape (3,)
-        Logarithms of k, T0 and y0 in SI units.
-    states : States
-        In the order of the observations.
-    origins : ndarray, shape (n,)
-        x of the detachment point of each [m].
-    directions : ndarray, shape (free, m)
-        In which the free logarithms were free to move.
-    deviance : float
-        Sum of the losses; chi-square with least squares.
-    iterations : int
-        Rods that were tried.
-    """
-
-    q: np.ndarray
-    states: States
-    origins: np.ndarray
-    directions: np.ndarray
-    deviance: float = math.nan
-    iterations: int = 0
-
-    @property
-    def rod(self) -> Rod:
-        """The rod with these numbers."""
-        return Rod(*np.exp(self.q).tolist())
-
-    @property
-    def held(self) -> bool:
-        """Whether a combination of the free numbers was kept as it was."""
-        return self.directions.shape[1] < len(self.directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +60,7 @@ class Problem:
     watch: Callable[[], object] = field(default=_unwatched, repr=False)
 
     @cached_property
-    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+    def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """Which observations are pairs, and which are pictures."""
         shapes = np.array([o.points is not None for o in self.observations])
         return np.flatnonzero(~shapes), np.flatnonzero(shapes)
@@ -108,7 +68,7 @@ class Problem:
     @cached_property
     def _items(self) -> np.ndarray:
         """Number of the item that each row belongs to, pairs first."""
-        pairs, shapes = self._rows
+        pairs, shapes = self.rows
         found, count = [np.repeat(np.arange(len(pairs)), 2)], len(pairs)
         for i in shapes:
             points = self.observations[i].points
@@ -117,16 +77,11 @@ class Problem:
             count += 1 + len(points)
         return np.concatenate(found)
 
-    @property
-    def pair_rows(self) -> np.ndarray:
-        """Which observations are pairs."""
-        return self._rows[0]
-
     # --- the states of one rod ------------------------------------------------------------
 
     def pairs(self, hard: float = HARD) -> Pairs:
         """Return the pairs as arrays, exact numbers with this weight."""
-        return Pairs.of([self.observations[i] for i in self._rows[0]], hard)
+        return Pairs.of([self.observations[i] for i in self.rows[0]], hard)
 
     def picture(self, i: int, fitted: Fitted, hard: float = HARD) -> Picture:
         """Return one picture at its state."""
@@ -136,7 +91,7 @@ class Problem:
 
     def seen(self, fitted: Fitted) -> list[Seen]:
         """Return every observation at its state, in their order."""
-        (rows, shapes), (scale, _) = self._rows, scales(fitted.q)
+        (rows, shapes), (scale, _) = self.rows, scales(fitted.q)
         found: dict[int, Seen] = {}
         pulls = self.pairs().pulls(fitted.states.take(rows), scale)
         for place, i in enumerate(rows):
@@ -152,7 +107,7 @@ class Problem:
     def at_T(self, fitted: Fitted) -> np.ndarray:
         """Which observations are pairs whose state is held at T."""
         held = np.zeros(len(self.observations), bool)
-        rows, scale = self._rows[0], scales(fitted.q)[0]
+        rows, scale = self.rows[0], scales(fitted.q)[0]
         held[rows] = self.pairs().pulls(fitted.states.take(rows), scale).at_T
         return held
 
@@ -167,7 +122,7 @@ class Problem:
 
         Good to what interpolation between the nodes is good to, and exact numbers are soft.
         """
-        rows, pairs = self._rows[0], self.pairs(hard)
+        rows, pairs = self.rows[0], self.pairs(hard)
 
         def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
             nonlocal nodes
@@ -197,7 +152,7 @@ class Problem:
         On expansions about the states, which are renewed until they hardly move; where they do not
         settle, because residuals are large beside what the data determine, with new states at every rod.
         """
-        rows, at, tried = self._rows[0], start, start.iterations
+        rows, at, tried = self.rows[0], start, start.iterations
         for _ in range(MOST_RENEWALS):
             base, log_r = at.states.take(rows), scales(at.q)[1]
             exact = self.chart.at(base, log_r, base.A)
@@ -241,8 +196,8 @@ class Problem:
         """Minimise the loss over the rod in the directions that are free."""
         from scipy.optimize import least_squares
 
-        basis, low, high = _coordinates(start, self.free, span)
-        rows, shapes = self._rows
+        basis, low, high = coordinates(start, self.free, span)
+        rows, shapes = self.rows
         at, last = start, (np.empty(0), np.empty(0))
 
         def residuals(z: np.ndarray) -> np.ndarray:
@@ -310,40 +265,6 @@ class Problem:
 
 #: Numbers of an observation, in the order of its rows.
 NUMBERS = ("length", "pressure")
-
-
-def scales(q: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return (eta, T0) in SI units and log r of a rod's logarithms."""
-    log_eta, log_T0, log_r = GROUPS @ q
-    return np.exp([log_eta, log_T0]), float(log_r)
-
-
-def logarithms(rod: Rod) -> np.ndarray:
-    """Return log k, log T0 and log y0."""
-    return np.log([getattr(rod, name) for name in MATERIAL])
-
-
-def _coordinates(start: Fitted, free: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Directions of q and how far each may be followed from 1, which is the start.
-
-    Where nothing is held, log r itself is a coordinate, so that its limits are bounds.
-    """
-    loose = np.flatnonzero(free)
-    basis = np.zeros((3, start.directions.shape[1]))
-    basis[loose] = start.directions
-    count = basis.shape[1]
-    low, high = np.full(count, 1.0 - min(FURTHEST, span)), np.full(count, 1.0 + min(FURTHEST, span))
-    by_r = GROUPS[2] @ basis
-    if not count or start.held or not np.any(by_r):
-        return basis, low, high
-    pivot = int(np.argmax(np.abs(by_r)))
-    basis[:, pivot] /= by_r[pivot]
-    others = [j for j in range(count) if j != pivot]
-    basis[:, others] -= np.outer(basis[:, pivot], by_r[others])
-    log_r = scales(start.q)[1]
-    low[pivot] = max(low[pivot], 1.0 + math.log(RATIOS[0]) - log_r)
-    high[pivot] = min(high[pivot], 1.0 + math.log(RATIOS[1]) - log_r)
-    return basis, np.minimum(low, 1.0 - 1e-9), np.maximum(high, 1.0 + 1e-9)
 
 
 @contextmanager

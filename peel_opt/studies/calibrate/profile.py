@@ -12,7 +12,8 @@ from ...base.arrays import Columns
 from ...base.checks import positive, whole
 from ...base.errors import InvalidInput, NotConverged
 from ...model.rod import MATERIAL
-from .problem import Fitted, watched
+from .fitted import Fitted
+from .problem import watched
 from .search import BETTER
 
 if TYPE_CHECKING:

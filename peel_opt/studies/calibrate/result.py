@@ -15,8 +15,9 @@ from ...equilibria.result import Equilibrium
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import UNITS, Rod
 from .data import Observation
+from .fitted import Fitted
 from .linear import chance
-from .problem import Fitted, Problem
+from .problem import Problem
 from .words import Combination
 
 if TYPE_CHECKING:

@@ -12,9 +12,10 @@ from ...equilibria.result import Equilibrium
 from ...model.rod import RATIOS, Rod, require_ratio
 from .chart import Chart, States
 from .data import Observation
+from .fitted import Fitted
 from .linear import chance
-from .pairs import Curve, fits
-from .problem import Fitted, Problem, scales
+from .pairs import Curve, fits, scales
+from .problem import Problem
 from .start import begun, coarse_rods
 from .states import resolved
 from .words import combinations
@@ -134,7 +135,7 @@ def _solved(problem: Problem, start: Fitted, nodes: States) -> tuple[Fitted, Sta
 
 def _nearer(problem: Problem, fitted: Fitted, nodes: States) -> Fitted | None:
     """Return a fit with its pairs moved to where their curve is nearer; None if none is."""
-    rows, scale = problem.pair_rows, scales(fitted.q)[0]
+    rows, scale = problem.rows[0], scales(fitted.q)[0]
     if not len(rows):
         return None
     curve = Curve.through(problem.chart.at(nodes, scales(fitted.q)[1], nodes.A, halvings=1))

@@ -21,8 +21,9 @@ from ...residual.closures import Closure
 from ...residual.shape import sample_shape
 from .chart import HIGHEST, States
 from .data import Observation
-from .pairs import fits
-from .problem import Fitted, Problem, logarithms
+from .fitted import Fitted
+from .pairs import fits, logarithms
+from .problem import Problem
 
 #: Ratios eta/y0 that are tried.
 GRID = np.geomspace(0.006, 2500.0, 29)

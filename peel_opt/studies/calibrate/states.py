@@ -11,7 +11,8 @@ from ...equilibria.result import Equilibrium
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import Rod
 from ...residual.closures import Closure
-from .problem import Fitted, Problem
+from .fitted import Fitted
+from .problem import Problem
 
 #: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
 MOST_APART = 1e-6
