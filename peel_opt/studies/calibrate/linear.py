@@ -139,4 +139,6 @@ def _projected(one: Seen, by_q: np.ndarray, delta: float | None) -> tuple[np.nda
         seen_q = seen_q - seen_own @ along
         by_q = by_q - one.by_own @ along
     pull = (member.T @ weight * one.r)[:, None] * by_q
-    return seen_q, weight, member @ pull
+    # What was given exactly is no item that scatters.
+    counts = member @ one.measured > 0.0
+    return seen_q, weight[counts], (member @ pull)[counts]
