@@ -410,6 +410,21 @@ def test_numbers_held_on_the_way_are_let_go_where_the_data_know_better() -> None
     assert other.chi2 == pytest.approx(fit.chi2, abs=1e-3)
 
 
+def test_three_numbers_that_are_hardly_told_apart_are_fitted_to_their_minimum() -> None:
+    """Expansions about the states do not settle here: what is left open moves far for little."""
+    data = po.Measurements(
+        np.array([1.674721, 1.599384, 1.557995, 1.546407, 1.507853, 1.540582]) * 1e-3,
+        np.array([51.318825, 55.732415, 90.257438, 95.517031, 97.169835, 131.393675]) * 1e3,
+        length_sd=np.array([32.520669, 31.803243, 30.820092, 30.817966, 30.818964, 31.342354]) * 1e-6,
+        pressure_sd=np.array([1.0186433, 1.1277344, 1.7603805, 1.8622068, 1.8759095, 2.6292446]) * 1e3,
+    )
+    fit = po.calibrate(data, rod=po.Rod(2.3e-5, 140e3, 0.388997e-3))
+    assert not fit.fitted.held
+    assert fit.chi2 == pytest.approx(2.17469, abs=2e-4)  # 2.21460 where the open combination is held
+    assert not fit.identifiable
+    assert any("do not tell the free numbers apart" in w for w in fit.warnings)
+
+
 def test_a_profile_below_the_fit_is_said() -> None:
     data = noisy(TRUTH, PLACES[::2], seed=5, pressure=0.0)
     fit = po.calibrate(data, free=(Y0,), rod=start((Y0,)))
