@@ -27,9 +27,9 @@ from ...residual.transcriptions import Spectral
 HIGHEST = 4.2
 
 #: Least A at which a law that is not affine at u = 0 can be evaluated; below, the chart is a parabola.
-SMALLEST = 1e-3
+SMALLEST = 2e-3
 
-#: Half the width of the differences along the branch that give curvatures, in A.
+#: Half the width of the differences along the branch that give curvatures, in A; less than `SMALLEST`.
 WIDTH = 1e-3
 
 #: How often the way to a state is halved before it counts as out of reach.

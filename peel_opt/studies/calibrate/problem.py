@@ -157,7 +157,7 @@ class Problem:
             base, log_r = at.states.take(rows), scales(at.q)[1]
             exact = self.chart.at(base, log_r, base.A)
             if not np.all(np.isfinite(exact.numbers)):
-                return None
+                break  # it went too far
             found = self._descend(at, partial(self._expanded, exact), HARD, tol=1e-14, span=SPAN)
             tried += found.iterations
             moved = np.append(found.states.A[rows] - exact.A, scales(found.q)[1] - log_r)
@@ -175,6 +175,8 @@ class Problem:
             return self._expanded(exact, q)
 
         latest = self.chart.at(latest, scales(start.q)[1], latest.A)
+        if not np.all(np.isfinite(latest.numbers)):
+            return None
         found = self._descend(start, evaluate, HARD, tol=1e-14)
         return replace(found, iterations=tried + found.iterations)
 
