@@ -131,6 +131,10 @@ class Problem:
                 return pairs.pulls(start.states.take(rows), scale), start.states.take(rows)
             nodes = self.chart.at(nodes, log_r, nodes.A, halvings=1)
             curve = Curve.through(nodes)
+            if len(curve.nodes) < 2:  # nothing of the last curve leads to this rod
+                nowhere = start.states.take(rows)
+                nowhere = nowhere.lost(nowhere.A, log_r)
+                return pairs.pulls(nowhere, scale), nowhere
             A, _ = curve.nearest(pairs, scale)
             known = np.where(np.isfinite(A), A, 0.0)
             known = pairs.feet(curve.expand, known, scale)
