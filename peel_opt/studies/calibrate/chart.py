@@ -233,7 +233,7 @@ def _curvatures(
     jacobians = system.system.many(x, given)[1]
     right = -(above + below - 2.0 * middle) / WIDTH**2
     try:
-        with one_thread(problem.size):
+        with one_thread:
             return np.linalg.solve(jacobians, right[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
         return np.full_like(x, np.nan)
