@@ -145,47 +145,6 @@ def _refuse_separators(name: str, digits: str) -> None:
     raise InvalidInput(f"{name} has {words}, got {digits!r}.", remedy=f"Write {write}.")
 
 
-def plain(value: Any, unit: str, name: str) -> Any:
-    """Return what stands in place of a number or an array without its unit, in ``unit``.
-
-    Parameters
-    ----------
-    value : number, array, or a pint Quantity of one, of any registry; or a list of such
-        What has no unit is returned as it is.
-    unit : str
-        SI unit that is wanted; "" for a number without one.
-    name : str
-        The field, named in the message.
-
-    Raises
-    ------
-    InvalidInput
-        If a quantity measures something else.
-
-    Examples
-    --------
-    >>> import pint
-    >>> plain([1.9, 2.0] * pint.UnitRegistry().mm, "m", "length").tolist()
-    [0.0019, 0.002]
-    """
-    if isinstance(value, list | tuple) and any(map(_has_unit, value)):
-        return [plain(part, unit, name) for part in value]
-    if not _has_unit(value):
-        return value
-    try:
-        return value.to(unit or "dimensionless").magnitude
-    except Exception as error:  # pint's own; of a registry of the caller's it may be any
-        raise InvalidInput(
-            f"{name} [{unit}] cannot be measured in {str(value.units)!r}.",
-            remedy=f"Give it in {unit}, or as a quantity of the same kind.",
-        ) from error
-
-
-def _has_unit(value: Any) -> bool:
-    """Whether it is a quantity of pint, without importing it."""
-    return hasattr(value, "magnitude") and hasattr(value, "units") and hasattr(value, "to")
-
-
 def display(value: float, unit: str, digits: int = 6) -> str:
     """Write an SI value with an engineering prefix, in ASCII: 1.79810 mm, 60.0000 kPa.
 

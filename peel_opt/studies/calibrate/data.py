@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arrays import in_si
 from ...base.checks import listed, positive
 from ...base.errors import InvalidInput
-from ...base.units import plain
 
 #: States that a measurement may be said to be on; None means unfolded.
 STATES = ("unfolded", "middle", "lower", "folded")
@@ -63,7 +63,7 @@ class Measurements:
 
     def __post_init__(self) -> None:
         for field, unit in (("length", "m"), ("pressure", "Pa"), ("length_sd", "m"), ("pressure_sd", "Pa")):
-            object.__setattr__(self, field, plain(getattr(self, field), unit, field))
+            object.__setattr__(self, field, in_si(field, getattr(self, field), unit))
         count = _count("length", self.length)
         names = tuple(map(str, listed("names", self.names))) or tuple(f"row {i}" for i in range(1, count + 1))
         if len(names) != count:
@@ -156,7 +156,7 @@ class MeasuredShape:
             object.__setattr__(self, field, bool(getattr(self, field)))
         for field in ("x", "y", "sd", "pressure", "length", "pressure_sd", "length_sd"):
             unit = "Pa" if field.startswith("pressure") else "m"
-            object.__setattr__(self, field, plain(getattr(self, field), unit, f"{field} of {self.name}"))
+            object.__setattr__(self, field, in_si(f"{field} of {self.name}", getattr(self, field), unit))
         names = tuple(f"{self.name}, point {i}" for i in range(1, _count("x", self.x) + 1))
         if not names:
             raise InvalidInput(f"{self.name} has no points.", remedy="Leave out a shape that was not seen.")
