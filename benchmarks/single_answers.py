@@ -11,7 +11,7 @@ from peel_opt.base.errors import NotConverged
 from peel_opt.equilibria.methods import METHODS
 from peel_opt.model.bond import LINEAR
 from peel_opt.model.equations import Scalars, kernel
-from peel_opt.residual import programme as nlp
+from peel_opt.residual import programme
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.discretisation import PROFILE_POINTS, Profile, chebyshev
 from peel_opt.residual.newton import correct
@@ -112,9 +112,9 @@ def by_ipopt() -> list[Figure]:
     problem = method.transcription.discretise(LINEAR.pieces)
     start = problem.pack(kernel_start(4.0, 1.0))
     given = (Closure("length", float(np.cbrt(4.0))), Closure("lam", 1.0))
-    solution = nlp.solve(problem, start, given, method.ipopt)
+    solution = programme.solve(problem, start, given, method.ipopt)
     error = abs(problem.scalars(solution.x).alpha1 - ask(method=REFERENCE, tol=1e-4).alpha1)
-    alone = milliseconds(lambda: nlp.solve(problem, start, given, method.ipopt))
+    alone = milliseconds(lambda: programme.solve(problem, start, given, method.ipopt))
     note = f"{solution.status}, {solution.iterations} iterations, error {error:.0e} (asked 1e-6)"
     return [
         Figure(

@@ -9,7 +9,7 @@ from ..base.checks import known_beta0, positive
 from ..base.errors import NoEquilibrium, NotConverged
 from ..continuation.primary import primary_branch
 from ..model.bond import LINEAR
-from ..residual import programme as nlp
+from ..residual import programme
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
 from ..residual.transcriptions import Shooting
@@ -70,7 +70,7 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     start = ([p for p in walked if p.arclength < fold.point.arclength] or walked[:1])[-1]
     mesh = Shooting(intervals=24) if transcription is None else require_transcription(transcription)
     problem = mesh.discretise(LINEAR.pieces)
-    solution = nlp.minimise_lambda(problem, problem.pack(start.profile), Closure("length", sigma))
+    solution = programme.minimise_lambda(problem, problem.pack(start.profile), Closure("length", sigma))
     if not solution.solved:
         raise NotConverged(
             f"IPOPT stopped with {solution.status} while minimising lambda at beta0 = {beta0:g}.",

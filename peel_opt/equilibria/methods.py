@@ -23,7 +23,7 @@ from ..base.threads import one_thread
 from ..continuation.points import Landed
 from ..model.bond import COHESIVE, LINEAR
 from ..model.equations import Scalars
-from ..residual import programme as nlp
+from ..residual import programme
 from ..residual.certificate import certificate
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
@@ -282,16 +282,16 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     if method.ipopt is None:
         return _newton_solve(started, method.transcription, started.profile)
     problem, given = method.transcription.discretise(started.phases), started.posed.given
-    programme = nlp.solve(problem, problem.pack(started.profile), given, method.ipopt)
-    if not programme.solved:
+    solved = programme.solve(problem, problem.pack(started.profile), given, method.ipopt)
+    if not solved.solved:
         raise NotConverged(
-            f"IPOPT stopped with {programme.status} after {programme.iterations} iterations"
+            f"IPOPT stopped with {solved.status} after {solved.iterations} iterations"
             f" on {method.transcription!r} with {problem.size} unknowns.",
             remedy="Try a finer mesh, or method='spectral'.",
         )
-    correction = _corrected(problem, programme.x, given)
-    iterations = programme.iterations + correction.iterations
-    evaluations = programme.evaluations + correction.iterations
+    correction = _corrected(problem, solved.x, given)
+    iterations = solved.iterations + correction.iterations
+    evaluations = solved.evaluations + correction.iterations
     return _Solved(method.transcription, problem, correction, iterations, evaluations)
 
 

@@ -16,7 +16,7 @@ import casadi as ca
 import pytest
 
 import peel_opt as po
-from peel_opt.residual import programme as nlp
+from peel_opt.residual import programme
 from peel_opt.residual.transcriptions import Shooting
 
 ROD = po.Rod.from_ratio(1.0)
@@ -57,11 +57,11 @@ def _pressing() -> Iterator[list[_Press]]:
         presses.append(_Press(*(programme[part].numel() for part in "xgp")))
         return make(name, solver, programme, {**settings, "iteration_callback": presses[-1]})
 
-    nlp.build.cache_clear()
+    programme.build.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ca, "nlpsol", nlpsol)
         yield presses
-    nlp.build.cache_clear()
+    programme.build.cache_clear()
 
 
 CALLS: dict[str, Callable[[], object]] = {

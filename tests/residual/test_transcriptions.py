@@ -16,8 +16,7 @@ from peel_opt.continuation.primary import PATH, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR, Piece
 from peel_opt.model.equations import Scalars, kernel
 from peel_opt.model.named_laws import exponential
-from peel_opt.residual import kept
-from peel_opt.residual import programme as nlp
+from peel_opt.residual import kept, programme
 from peel_opt.residual.closures import Closure, rows
 from peel_opt.residual.discretisation import PROFILE_POINTS, chebyshev
 from peel_opt.residual.newton import closed_system, correct, newton
@@ -213,7 +212,7 @@ def test_three_transcriptions_walk_the_same_branch() -> None:
 def test_ipopt_from_the_mode_alone(amplitude: float) -> None:
     """The bare NLP, started from the kernel (22): the straight rod is no solution of it."""
     problem = Shooting(12).discretise(LINEAR.pieces)
-    solution = nlp.solve(problem, problem.pack(start(amplitude)), GROUPS)
+    solution = programme.solve(problem, problem.pack(start(amplitude)), GROUPS)
     assert solution.solved
     assert problem.scalars(solution.x).alpha1 == pytest.approx(ALPHA1, abs=1e-7)
 
@@ -221,7 +220,7 @@ def test_ipopt_from_the_mode_alone(amplitude: float) -> None:
 def test_ipopt_says_when_it_fails() -> None:
     problem = Shooting(12).discretise(LINEAR.pieces)
     below_the_fold = (GROUPS[0], Closure("lam", -5.0))
-    solution = nlp.solve(problem, problem.pack(start()), below_the_fold)
+    solution = programme.solve(problem, problem.pack(start()), below_the_fold)
     assert not solution.solved
 
 

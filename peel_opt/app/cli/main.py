@@ -17,11 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, PeelOptError
-from . import curves as cli_curves
-from . import explore as cli_explore
-from . import measurements as cli_measurements
-from . import precision as cli_precision
-from . import sweeps as cli_sweeps
+from . import curves, explore, measurements, precision, sweeps
 from .common import (
     FAILED,
     INTERRUPTED,
@@ -270,6 +266,6 @@ def _parser() -> argparse.ArgumentParser:
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
         answer_options(sub, "law", "state", "method")
         output_options(sub, files)
-    for module in (cli_curves, cli_measurements, cli_sweeps, cli_precision, cli_explore):
+    for module in (curves, measurements, sweeps, precision, explore):
         module.add_commands(command)
     return parser
