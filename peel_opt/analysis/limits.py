@@ -152,7 +152,7 @@ def _maxwell(ratio: float, law: CohesiveLaw) -> Gradient:
     """The Maxwell point is a reading of the paper's potential, which law (8) and the linear law share."""
     if law not in (COHESIVE, LINEAR):
         raise InvalidInput(
-            f"the Maxwell point is known under law (8), not under {law.name!r}.", remedy="Leave out law=."
+            f"the Maxwell length belongs to the paper's laws, not to {law.name!r}.", remedy="Leave out law=."
         )
     return maxwell_gradient(ratio)
 

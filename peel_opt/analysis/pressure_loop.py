@@ -23,6 +23,9 @@ from .loops import Jump, Loop, Sweep
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: Points of the branch: with half of them the area of a slender rod is known to three digits, else to six.
+POINTS = 240
+
 NOT_COMPUTED = (
     "Not computed: the motion in a jump.  At p = T0 no detached equilibrium is near the straight rod;"
     " the folded one with which the way back begins has its tip on the plate, and whether a rod"
@@ -128,8 +131,10 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
     T0, eta = rod.adhesion_strength, rod.eta
     # Even in the logarithm, but closer together towards the minimum, where the length turns.
     inner = _least_pressure(rod, law) ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
-    branch = trace(rod, law=law, tol=tol, at={"pressure_ratio": [float(value) for value in inner]})
-    P, turn, end = branch.pressure_ratio, _turn(branch).index, len(branch) - 1
+    asked = {"pressure_ratio": [float(value) for value in inner]}
+    branch = trace(rod, law=law, tol=tol, points=POINTS, at=asked)
+    P, turn, end = branch.pressure_ratio.copy(), _turn(branch).index, len(branch) - 1
+    P[end] = 1.0  # the tip touches the plate, where p = Phi(y_tip)/y_tip is T0
 
     def rows(part: np.ndarray) -> list[int]:
         return [int(part[np.argmin(np.abs(P[part] - value))]) for value in inner]

@@ -81,7 +81,8 @@ def _checked(name: str, value: object, unit: str, *, minimum: float, strict: boo
     if isinstance(value, bool) or not isinstance(value, Real | Decimal):
         raise InvalidInput(
             f"{label} must be a number, got {value!r}.",
-            remedy="Texts with units are read in cards and on the command line, quantities of pint here.",
+            remedy="Texts with units are read in problem cards and on the command line,"
+            " quantities of pint here.",
         )
     try:
         number = float(value)

@@ -85,7 +85,7 @@ def pressure_given_length(
             near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
             symbol="" if rod.dimensionless else "m",
         )
-        given = {"length": finite("length", length), "length_ratio": sigma}
+        given = {"length": finite("length", length, question.symbol), "length_ratio": sigma}
         return replace(solve(question, as_method(method), tol), given=given)
 
     return _guarded(ask, rod, "pressure_ratio", tol, throw)
@@ -146,7 +146,7 @@ def length_given_pressure(
             near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
             symbol="" if rod.dimensionless else "Pa",
         )
-        given = {"pressure": finite("pressure", pressure), "pressure_ratio": P}
+        given = {"pressure": finite("pressure", pressure, question.symbol), "pressure_ratio": P}
         return replace(solve(question, as_method(method), tol), given=given)
 
     return _guarded(ask, rod, "length_ratio", tol, throw)

@@ -63,7 +63,8 @@ def trapezoidal(plateau: float) -> CohesiveLaw:
     InvalidInput
         If the plateau is not between 0 and 1.
     """
-    if not positive("plateau", plateau) < 1.0:
+    plateau = positive("plateau", plateau)
+    if not plateau < 1.0:
         raise InvalidInput(f"plateau must lie between 0 and 1, got {plateau:g}.")
     slope = 1.0 / (1.0 - plateau)
     law = CohesiveLaw(

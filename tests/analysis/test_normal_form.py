@@ -234,7 +234,7 @@ def test_a_kink_that_no_point_is_at_makes_no_fold(points):
     law = po.CohesiveLaw(
         [lambda u: 1 - u, lambda u: 0.7 - 2 * (u - 0.3), lambda u: 0.0 * u], kinks=(0.3, 0.65)
     )
-    branch = po.trace(beta0=4.0, lam=(-1.0, 3.0), law=law, points=points)
+    branch = po.trace(beta0=4.0, lam=(-40.0, 3.0), law=law, points=points)
     U = branch_potential(branch)
     (located,) = branch.special("LP-lambda")
     assert abs(U.fold().lam - located.lam) <= U.fold().error + 1e-12

@@ -452,14 +452,6 @@ def test_pictures_need_neither_latex_nor_a_backend(setting, backend, tmp_path):
     assert (tmp_path / "out" / "length-at-0.8.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_window_under_a_backend_that_is_none_is_refused_in_one_line():
-    asked = ("-m", "peel_opt", "explore", "--backend", "mpl")
-    result = process(*asked, env={**os.environ, "MPLBACKEND": "nonsense"})
-    assert result.returncode == 2
-    assert result.stderr.count(b"\n") == 1
-    assert b"'nonsense' is not a valid value for backend" in result.stderr
-
-
 def test_the_folder_of_a_page_is_made(call, tmp_path, monkeypatch):
     from peel_opt.app.explorer import export
 

@@ -89,7 +89,8 @@ def test_a_rod_is_drawn_in_its_units(rod_branch):
 def test_stability_is_solid_or_dashed_where_it_is_known(fixed):
     assert {line.get_linestyle() for line in lines(plot_branch(fixed), "branch")} == {"-"}
     fold = fixed.special("LP-lambda")[0].index
-    known = replace(fixed, index=(np.arange(len(fixed)) < fold).astype(int))
+    count = len(fixed)
+    known = replace(fixed, index=(np.arange(count) < fold).astype(int), flutter=np.zeros(count, int))
     ax = plot_branch(known)
     unstable, stable = lines(ax, "branch")
     assert unstable.is_dashed()
@@ -102,7 +103,8 @@ def test_stability_is_solid_or_dashed_where_it_is_known(fixed):
 
 def test_the_picture_does_not_depend_on_the_direction(fixed, rod_branch):
     for branch in (fixed, rod_branch):
-        indexed = replace(branch, index=(np.arange(len(branch)) % 7 == 0).astype(int))
+        count = len(branch)
+        indexed = replace(branch, index=(np.arange(count) % 7 == 0).astype(int), flutter=np.zeros(count, int))
         there, back = plot_branch(indexed), plot_branch(indexed[::-1])
         assert len(there.lines) == len(back.lines)
         for a, b in zip(there.lines, back.lines, strict=True):

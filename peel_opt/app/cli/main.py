@@ -94,26 +94,18 @@ def _drawing(arguments: argparse.Namespace) -> Iterator[None]:
     They need no backend, and under a wrong name of one Matplotlib cannot even be imported; texts
     are set by Matplotlib itself where there is no LaTeX.
     """
-    window = getattr(arguments, "backend", None) == "mpl"
-    named = None if window else os.environ.pop("MPLBACKEND", None)
+    named = os.environ.pop("MPLBACKEND", None)
     try:
-        if window or (getattr(arguments, "out", None) and not getattr(arguments, "no_plot", False)):
-            without_latex = {} if shutil.which("latex") else {"text.usetex": False}
-            with _matplotlib().rc_context(without_latex):
+        if getattr(arguments, "out", None) and not getattr(arguments, "no_plot", False):
+            import matplotlib as mpl
+
+            with mpl.rc_context({} if shutil.which("latex") else {"text.usetex": False}):
                 yield
         else:
             yield
     finally:
         if named is not None:
             os.environ["MPLBACKEND"] = named
-
-
-def _matplotlib() -> Any:
-    try:
-        import matplotlib as mpl
-    except ValueError as error:  # MPLBACKEND names none that it knows
-        raise InvalidInput(f"Matplotlib cannot be used: {str(error).split(';')[0]}.") from error
-    return mpl
 
 
 def _parsed(argv: Sequence[str]) -> argparse.Namespace:

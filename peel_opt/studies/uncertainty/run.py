@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...analysis.sensitivities import Sensitivities, sensitivities
+from ...base.checks import finite
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
 from ...equilibria.ask import length_given_pressure, pressure_given_length
@@ -103,7 +104,7 @@ def uncertainty(
     if not isinstance(rod, Rod):
         raise InvalidInput(f"rod must be a Rod, got {rod!r}.")
     options = Options(law, state, tol, method)
-    given = _given(pressure, length)
+    given = _given(rod, pressure, length)
     wanted = _wanted(of, given, options)
     nominal = {name: getattr(rod, name) for name in MATERIAL} | given
     if not isinstance(spread, Mapping) or not spread:
@@ -147,8 +148,12 @@ def uncertainty(
     return Uncertainty(inputs, quantities, columns, {name: str(reason) for name, reason in missing.items()})
 
 
-def _given(pressure: float | None, length: float | None) -> dict[str, float]:
-    given = {name: value for name, value in (("pressure", pressure), ("length", length)) if value is not None}
+def _given(rod: Rod, pressure: float | None, length: float | None) -> dict[str, float]:
+    given = {
+        name: finite(name, value, "" if rod.dimensionless else unit)
+        for name, value, unit in (("pressure", pressure, "Pa"), ("length", length, "m"))
+        if value is not None
+    }
     if len(given) > 1:
         raise InvalidInput("give either the pressure or the length, and not both.")
     return given
