@@ -182,11 +182,12 @@ class PrimaryBranch:
         if there is None or len(self.points) > self.longest:
             self.ended = "stalled" if there is None else "limit"
             return
-        s = there.scalars
-        if s.beta1 <= 0.0 or (not self.family.tip_free and self.side > 0 and s.A > 1.0 and s.m > 0.0):
-            # y0 is infinite at beta1 = 0, and a tip that is held down has no contact to end at.
-            self.ended = "stalled"
+        if there.scalars.beta1 <= 0.0:
+            there = self._short_of_softness(here, there)
+        if there is None or (not self.family.tip_free and self.side > 0 and _past_contact(there)):
+            self.ended = "stalled"  # a tip that is held down has no contact to end at
             return
+        s = there.scalars
         if self.side > 0 and s.A > 1.0 and self.family.tip_free and tip(there) < 0.0:
             self.contact = located(self.family, here, there, *CONTACT)
             there, self.ended = self.contact.point, "contact"
@@ -195,6 +196,16 @@ class PrimaryBranch:
             return
         self._insert_folds(here, there)
         self.points.append(there)
+
+    def _short_of_softness(self, here: Point, there: Point) -> Point | None:
+        """Return a point short of beta1 = 0, where y0 is infinite; None if none is left."""
+        reach = there.arclength - here.arclength
+        while reach > self.control.smallest:
+            reach *= 0.5
+            point = self.family.step(here, reach)
+            if point is not None and point.scalars.beta1 > 0.0:
+                return point
+        return None
 
     def _strays(self, here: Point, there: Point) -> bool:
         """Whether a step has left the detached branch of a rod.
@@ -386,3 +397,8 @@ def _remembered(law: CohesiveLaw, closure: Closure, side: int) -> PrimaryBranch:
 def forget_branches() -> None:
     """Let go of all remembered branches."""
     _remembered.cache_clear()
+
+
+def _past_contact(point: Point) -> bool:
+    """Whether p has come back to T0 with the rod folded, which at contact it does."""
+    return point.scalars.A > 1.0 and point.scalars.m > 0.0

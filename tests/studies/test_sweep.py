@@ -321,7 +321,7 @@ def test_a_program_that_is_no_plain_python_is_not_started(
 SCRIPT = """\
 import numpy as np
 import peel_opt as po
-from peel_opt import sweep_workers
+from peel_opt.studies.sweep import workers as sweep_workers
 
 print("begins")
 sweep_workers.ALONE = sweep_workers.WORTHWHILE = 0.0

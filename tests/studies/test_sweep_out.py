@@ -161,7 +161,8 @@ def test_files_are_named_after_the_card(tmp_path: Path) -> None:
         asked = ["sweep", "--card", str(problems / f"{card}.toml"), "--pressure", "0.6 T0, 0.8 T0"]
         assert main([*asked, "--out", str(tmp_path), "--workers", "1"]) == 0
     ends = (".csv", ".npz", ".png", ".journal")
-    expected = {f"sweep-{card}{end}" for card in ("aortic_flap", "foil_tape") for end in ends}
+    stems = "sweep-aortic-flap", "sweep-foil-tape"
+    expected = {"written.json", *(f"{stem}{end}" for stem in stems for end in ends)}
     assert {path.name for path in tmp_path.iterdir()} == expected
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput
-from ...equilibria.ask import length_given_pressure
 from ...model.equations import PI4
 from .state import METHODS, State
 
@@ -78,8 +77,8 @@ def from_card(card: Card) -> State:
     if rod is None:
         lam = given["lam"] if given["lam"] is not None else given["beta1"] - PI4
         return State(beta0=given["beta0"], lam=lam, **common)
-    asks_length = posed.func is length_given_pressure
-    value = posed.args[1]
+    asks_length = question.given.startswith("pressure")
+    value = posed.args[-1]
     start = (
         State(ratio=rod.ratio)
         if rod.dimensionless
