@@ -11,6 +11,7 @@ import pytest
 import peel_opt as po
 from peel_opt.app.calibration_report import intervals_of
 from peel_opt.continuation.primary import primary_branch
+from peel_opt.equilibria import question
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
@@ -322,7 +323,7 @@ def test_states_are_confirmed_without_looking_on_other_branches(monkeypatch: pyt
     def walk(*_: object) -> list[object]:
         raise AssertionError("looked for states off the branch")
 
-    monkeypatch.setattr("peel_opt.equilibria.question.states_near", walk)
+    monkeypatch.setattr(question, "states_near", walk)
     lengths, p = states(TRUTH, PLACES[2:])
     fit = po.calibrate(po.Measurements(lengths, p, pressure_sd=500.0), free=(T0, Y0), rod=start((T0, Y0)))
     assert {eq.state for eq in fit.equilibria} == {"middle", "lower"}
