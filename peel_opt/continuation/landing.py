@@ -10,9 +10,8 @@ import numpy as np
 
 from ..base.checks import finite, listed
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
-from ..equilibria.assembly import HOLDS, closure_for
 from ..residual.arclength import chart
-from ..residual.closures import Closure, rows
+from ..residual.closures import HOLDS, Closure, closure_for, rows
 from .family import Family
 from .points import Point, arclength_between
 from .special import Located

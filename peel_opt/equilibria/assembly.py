@@ -25,7 +25,7 @@ from ..model.named_laws import law_named
 from ..model.rod import Rod
 from ..residual.arclength import chart
 from ..residual.certificate import certificate
-from ..residual.closures import Closure, rows
+from ..residual.closures import HOLDS, held_value, rows
 from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.rounding import adjoint, scalar_gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
@@ -38,16 +38,6 @@ from .result import Equilibrium, Stats
 
 #: Errors of a point by which its certificate may miss zero.
 IDENTITY = 100.0
-
-#: Closures by the public name of what they hold fixed, and back.
-HOLDS = {
-    "ratio": "ratio",
-    "beta0": "length",
-    "pressure_ratio": "pressure",
-    "lam": "lam",
-    "alpha1": "alpha1",
-    "tip_angle": "amplitude",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,28 +62,6 @@ class Part:
     label: Callable[[float], str]
     ended: str
     sign: int = 1
-
-
-def closure_for(hold: str, value: float) -> Closure:
-    """Return the closure that holds a quantity, by its public name, at a value."""
-    if hold not in HOLDS:
-        raise InvalidInput(f"cannot hold {hold!r} fixed.", remedy=f"Choose one of {', '.join(HOLDS)}.")
-    if hold == "beta0":
-        return Closure("length", math.cbrt(value))
-    return Closure(HOLDS[hold], -value if hold == "tip_angle" else value)
-
-
-def held_value(closure: Closure, hold: str) -> float:
-    """Return the value of the held quantity, by its public name."""
-    if hold == "beta0":
-        return _shortest_cube(closure.value)
-    return -closure.value if hold == "tip_angle" else closure.value
-
-
-def _shortest_cube(root: float) -> float:
-    """Return the shortest number with this cube root: 4, not 4.000000000000001."""
-    rounded = (float(f"{root**3:.{digits}g}") for digits in range(1, 17))
-    return next((value for value in rounded if math.cbrt(value) == root), root**3)
 
 
 def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:

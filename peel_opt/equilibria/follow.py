@@ -21,11 +21,12 @@ from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.named_laws import law_named
 from ..residual.arclength import chart
+from ..residual.closures import closure_for
 from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
 from ..residual.phases import holds_its_tip
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
-from .assembly import Part, assemble, closure_for, discretised, law_of, require_identity, under_law
+from .assembly import Part, assemble, discretised, law_of, require_identity, under_law
 from .branch import Branch
 from .posed import known_law
 from .result import Equilibrium

@@ -8,6 +8,7 @@ condition (49).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,6 +17,7 @@ from typing import Any, ClassVar, Self
 import casadi as ca
 import numpy as np
 
+from ..base.errors import InvalidInput
 from ..model.equations import PI4, Scalars
 from .arclength import coordinates
 from .compiled import Compiled
@@ -114,3 +116,36 @@ def sensitivity_to_given(closures: tuple[Closure, ...], scalars: np.ndarray) -> 
     """d(equations)/d(given values), shape (k, k)."""
     function = _compiled(tuple(c.kind for c in closures))
     return function(scalars, parameters(closures))[2].reshape(len(closures), len(closures), order="F")
+
+
+#: Closures by the public name of what they hold fixed, and back.
+HOLDS = {
+    "ratio": "ratio",
+    "beta0": "length",
+    "pressure_ratio": "pressure",
+    "lam": "lam",
+    "alpha1": "alpha1",
+    "tip_angle": "amplitude",
+}
+
+
+def closure_for(hold: str, value: float) -> Closure:
+    """Return the closure that holds a quantity, by its public name, at a value."""
+    if hold not in HOLDS:
+        raise InvalidInput(f"cannot hold {hold!r} fixed.", remedy=f"Choose one of {', '.join(HOLDS)}.")
+    if hold == "beta0":
+        return Closure("length", math.cbrt(value))
+    return Closure(HOLDS[hold], -value if hold == "tip_angle" else value)
+
+
+def held_value(closure: Closure, hold: str) -> float:
+    """Return the value of the held quantity, by its public name."""
+    if hold == "beta0":
+        return _shortest_cube(closure.value)
+    return -closure.value if hold == "tip_angle" else closure.value
+
+
+def _shortest_cube(root: float) -> float:
+    """Return the shortest number with this cube root: 4, not 4.000000000000001."""
+    rounded = (float(f"{root**3:.{digits}g}") for digits in range(1, 17))
+    return next((value for value in rounded if math.cbrt(value) == root), root**3)
