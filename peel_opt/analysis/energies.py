@@ -25,8 +25,8 @@ from ..base.arrays import Columns
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..base.threads import one_thread
 from ..continuation.family import Family
-from ..equilibria.assembly import discretised, law_of, transcription_of, walked
 from ..equilibria.branch import Branch, require_branch
+from ..equilibria.branch_points import discretised, law_of, transcription_of, walked
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation

@@ -1,45 +1,23 @@
-"""Stability at fixed pressure: small motions of the detached part with its edge clamped.
+"""Stability at fixed pressure, read off the small motions of the detached part.
 
-The bond is one-sided, so to first order the edge does not move: perturbations keep
-theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integration from the edge,
-
-    delta x = int_xi^1 sin(theta) phi,    delta y = -int_xi^1 cos(theta) phi,
-
-and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
-motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
-rod, so K is not symmetric (`motion_matrices`).  With inertia replaced by viscous drag the same mu are
-rates of decay.  Counts of eigenvalues depend on the inertia assumed; the sign of det K does not.
+With inertia replaced by viscous drag the same mu are rates of decay.  Counts of eigenvalues
+depend on the inertia assumed; the sign of det K does not.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from ..base.errors import InvalidInput, NotConverged
-from ..base.threads import one_thread
-from ..equilibria.assembly import discretised
+from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
+from ..equilibria.branch_points import discretised
 from ..equilibria.result import Equilibrium
 from ..residual.closures import Closure
-from ..residual.discretisation import Discretisation
-from ..residual.newton import correct
+from ..residual.motions import Spectrum
 from ..residual.shape import Solution
-from ..residual.spectral import Spectral
-from .motion_matrices import Motions
-
-#: Polynomial degrees per phase of the two solves whose difference is the error.
-DEGREES = (16, 22)
-
-#: Eigenvalues reported, smallest magnitude first.
-REPORTED = 4
-
-#: What states on other meshes are solved again on, and how far a state may be from itself there.
-FINER, SAME = Spectral(32), 0.1
-
-#: Imaginary part, relative to the magnitude, from which a pair counts as complex.
-COMPLEX = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +52,19 @@ class Stability:
     determinant_sign: int
     volume_index: int
 
+    @classmethod
+    def read(cls, found: Spectrum) -> Self:
+        """Return what the eigenvalues of small motions say."""
+        return cls(
+            eigenvalues=found.lowest,
+            error=found.error,
+            index=found.index,
+            flutter=found.flutter,
+            growth=float(-np.min(found.mu.real)),
+            determinant_sign=found.determinant_sign(),
+            volume_index=found.volume_index(),
+        )
+
     @property
     def marginal(self) -> bool:
         """Whether an eigenvalue is within its error of zero, so that its sign is not known."""
@@ -91,74 +82,6 @@ class Stability:
         else:
             word = "marginal" if self.marginal else "stable"
         return f"Stability({word} at fixed pressure; {volume}; error {self.error:.0e})"
-
-
-def analyse(problem: Discretisation, x: np.ndarray, given: Closure | None = None) -> Stability:
-    """Return the stability of a discrete solution.
-
-    The state is solved again on a finer mesh and its motions in a finer basis, so that the
-    difference has the error of both.
-
-    Parameters
-    ----------
-    problem : Discretisation
-    x : ndarray
-    given : Closure, optional
-        What the state was asked at, beside the rod; without it the finer state is that of the
-        same tip angle.
-    """
-    states = (problem, x), _finer(problem, x, given)
-    with one_thread:
-        return _analysed(*(Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True)))
-
-
-def _finer(
-    problem: Discretisation, x: np.ndarray, given: Closure | None
-) -> tuple[Discretisation, np.ndarray]:
-    """Return the same state on a finer mesh."""
-    s, own = problem.scalars(x), problem.settings
-    finer = (own.refined() if isinstance(own, Spectral) else FINER).discretise(problem.phases)
-    rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
-    start = problem.prolonged(x, finer)
-    for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
-        if second is not None:
-            found = correct(finer, start, (rod, second))
-            if found.converged and np.max(np.abs(found.x[-4:] - x[-4:]) / (1.0 + np.abs(x[-4:]))) < SAME:
-                return finer, found.x
-    raise NotConverged(
-        "the state could not be solved again on a finer mesh, to tell the error of its motions.",
-        remedy="Compute it with a finer method or a smaller tol.",
-    )
-
-
-def _analysed(coarse: Motions, fine: Motions) -> Stability:
-    mu, rough = fine.eigenvalues(), coarse.eigenvalues()
-    lowest = mu[:REPORTED]
-    error = float(np.max(np.abs(lowest - rough[: len(lowest)]) / (1.0 + np.abs(lowest))))
-    # Where a traction drops, a negative eigenvalue may lie beyond those reported.
-    index, seen = _negative(mu, error), _negative(rough, error)
-    real = _is_real(lowest)
-    # Where a real eigenvalue vanishes, as at contact, its sign is that of rounding.
-    vanishes = bool(np.any(real & (np.abs(lowest.real) <= error * (1.0 + np.abs(lowest)))))
-    marginal = vanishes or index != seen
-    return Stability(
-        eigenvalues=lowest,
-        error=error,
-        index=index,
-        flutter=bool(np.any(~real)),
-        growth=float(-np.min(mu.real)),
-        determinant_sign=0 if marginal else fine.determinant_sign(),
-        volume_index=_negative(fine.eigenvalues(fixed_volume=True), error),
-    )
-
-
-def _is_real(mu: np.ndarray) -> np.ndarray:
-    return np.abs(mu.imag) <= COMPLEX * np.abs(mu)
-
-
-def _negative(mu: np.ndarray, error: float) -> int:
-    """Count the real eigenvalues that are negative beyond their error."""
-    return int(np.sum(_is_real(mu) & (mu.real < -error * (1.0 + np.abs(mu)))))
 
 
 def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
@@ -187,7 +110,7 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
     1
     """
     if isinstance(state, Branch):
-        return analyse(*discretised(state, range(len(state))[i]))
+        return Stability.read(Spectrum(*discretised(state, range(len(state))[i])))
     if not isinstance(state, Equilibrium):
         raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
     if not isinstance(state.source, Solution):
@@ -195,7 +118,7 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
             "this equilibrium carries no discrete solution to linearise about.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    return analyse(state.source.problem, state.source.x, _given(state))
+    return Stability.read(Spectrum(state.source.problem, state.source.x, _given(state)))
 
 
 def _given(eq: Equilibrium) -> Closure:

@@ -1,22 +1,21 @@
-"""Stability along branches: the index of every point, and where it changes."""
+"""Where the stability changes along branches."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
-
-import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..continuation.points import Point, arclength_between
-from ..equilibria.assembly import law_of, transcription_of, walked
 from ..equilibria.branch import Branch, require_branch
+from ..equilibria.branch_points import law_of, transcription_of, walked
 from ..residual.arclength import chart
 from ..residual.closures import Closure
-from .stability import Stability, analyse, stability
+from ..residual.motions import Spectrum
+from .stability import Stability
 
 #: Width of a bracket in the tip angle [rad] at which a change counts as located.
 LOCATED = 1e-6
@@ -55,16 +54,6 @@ def describe(found: Stability) -> str:
     if found.flutter:
         parts.append("flutter even under drag" if found.growth > 0.0 else "flutter")
     return ", ".join(parts) or ("marginal" if found.marginal else "stable")
-
-
-@one_thread
-def with_index(branch: Branch) -> Branch:
-    """Return the branch with the index and the number of fluttering pairs at each point."""
-    if branch.index is not None:
-        return branch
-    found = [stability(branch, i) for i in range(len(branch))]
-    index, flutter = np.array([(s.index, s.flutter) for s in found], dtype=int).reshape(-1, 2).T
-    return replace(branch, index=index, flutter=flutter)
 
 
 @one_thread
@@ -175,4 +164,4 @@ def _landed(family: Family, low: _State, high: _State, A: float) -> _State | Non
 
 
 def _state(family: Family, point: Point) -> _State:
-    return _State(point, analyse(point.problem, point.x))
+    return _State(point, Stability.read(Spectrum(point.problem, point.x)))

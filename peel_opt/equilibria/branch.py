@@ -14,9 +14,12 @@ import numpy as np
 from ..base.arrays import read_only
 from ..base.drawing import draw
 from ..base.errors import InvalidInput
+from ..base.threads import one_thread
 from ..model.equations import PI4
 from ..model.rod import Rod
+from ..residual.motions import Spectrum
 from .branch_parts import SPECIAL_KINDS, Solutions, SpecialPoint, Trivial
+from .branch_points import discretised, equilibrium_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -192,8 +195,6 @@ class Branch:
     def __getitem__(self, which: int | slice) -> Any:
         if isinstance(which, slice):
             return self._sliced(which)
-        from .assembly import equilibrium_at
-
         return equilibrium_at(self, range(len(self))[which])
 
     def __iter__(self) -> Iterator[Any]:
@@ -237,13 +238,14 @@ class Branch:
         """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod; return the axes."""
         return draw(self, ax, x=x, y=y)
 
+    @one_thread
     def with_stability(self) -> Branch:
         """Return the branch with ``index`` and ``flutter`` computed, where it carries its solutions."""
         if self.index is not None or self.solutions is None:
             return self
-        from ..analysis.stability_along import with_index
-
-        return with_index(self)
+        found = [Spectrum(*discretised(self, i)) for i in range(len(self))]
+        index, flutter = np.array([(s.index, s.flutter) for s in found], dtype=int).reshape(-1, 2).T
+        return replace(self, index=index, flutter=flutter)
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an NPZ file that `load` restores bit for bit."""

@@ -19,9 +19,9 @@ import numpy as np
 from ..base.files import read_file, require_schema, save_arrays, unpack, write_csv
 from ..model.bond import CohesiveLaw
 from ..model.law_samples import samples
-from .assembly import under_law
 from .branch import COLUMNS, Branch
 from .branch_parts import Solutions, SpecialPoint, Trivial
+from .branch_points import under_law
 from .storage import Units, rod_from
 
 SCHEMA = "peel_opt branch"

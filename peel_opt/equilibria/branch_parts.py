@@ -23,6 +23,9 @@ SPECIAL_KINDS = (
     "self-contact",
 )
 
+#: How pieces of a law are counted in texts: from "0" on, through ASCII.
+FIRST = ord("0")
+
 
 @dataclass(frozen=True)
 class SpecialPoint:

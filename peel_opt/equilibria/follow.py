@@ -26,8 +26,9 @@ from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, ch
 from ..residual.phases import holds_its_tip
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
-from .assembly import Part, assemble, discretised, law_of, require_identity, under_law
+from .assembly import Part, assemble, require_identity
 from .branch import Branch
+from .branch_points import discretised, law_of, under_law
 from .posed import known_law
 from .result import Equilibrium
 

@@ -13,7 +13,7 @@ import pytest
 import peel_opt as po
 from peel_opt.analysis.limits import LIMITS
 from peel_opt.analysis.maxwell_derivative import maxwell_gradient
-from peel_opt.equilibria.assembly import equilibrium_at
+from peel_opt.equilibria.branch_points import equilibrium_at
 
 from .. import oracle
 

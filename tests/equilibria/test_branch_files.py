@@ -12,9 +12,9 @@ import pytest
 
 import peel_opt as po
 from peel_opt.equilibria import branch_files
-from peel_opt.equilibria.assembly import law_of
 from peel_opt.equilibria.branch import COLUMNS, Branch
 from peel_opt.equilibria.branch_parts import Solutions
+from peel_opt.equilibria.branch_points import law_of
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.law_samples import samples
 from peel_opt.model.named_laws import exponential, trapezoidal

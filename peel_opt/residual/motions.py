@@ -1,4 +1,13 @@
-"""Stiffness and mass of small motions, in piecewise polynomials with one element per phase.
+"""Small motions of the detached part with its edge clamped, in piecewise polynomials, one element per phase.
+
+The bond is one-sided, so to first order the edge does not move: perturbations keep
+theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integration from the edge,
+
+    delta x = int_xi^1 sin(theta) phi,    delta y = -int_xi^1 cos(theta) phi,
+
+and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
+motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
+rod, so K is not symmetric.
 
 Where the traction of the law jumps by [tau] at a height y_k, that
 height moves along the rod by delta y / |y'|, and with it the bond that has already let go:
@@ -17,13 +26,120 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eig
 
+from ..base.errors import NotConverged
+from ..base.threads import one_thread
 from ..model.bond import Piece
 from ..model.equations import Scalars
-from ..residual.discretisation import Discretisation, shared_kink
-from ..residual.spectral import gauss, integration_matrix
+from .closures import Closure
+from .discretisation import Discretisation, shared_kink
+from .newton import correct
+from .spectral import Spectral, gauss, integration_matrix
+
+#: Polynomial degrees per phase of the two solves whose difference is the error.
+DEGREES = (16, 22)
+
+#: Eigenvalues reported, smallest magnitude first.
+REPORTED = 4
+
+#: What states on other meshes are solved again on, and how far a state may be from itself there.
+FINER, SAME = Spectral(32), 0.1
+
+#: Imaginary part, relative to the magnitude, from which a pair counts as complex.
+COMPLEX = 1e-7
 
 #: A jump of the traction over T0 up to here is rounding.
 NO_JUMP = 1e-9
+
+
+class Spectrum:
+    """Eigenvalues of small motions about a discrete solution, and their error.
+
+    The state is solved again on a finer mesh and its motions in a finer basis, so that the
+    difference has the error of both.
+
+    Parameters
+    ----------
+    problem : Discretisation
+    x : ndarray
+    given : Closure, optional
+        What the state was asked at, beside the rod; without it the finer state is that of the
+        same tip angle.
+
+    Attributes
+    ----------
+    mu : ndarray of complex
+        All eigenvalues in units of k/(rho sbar^4), smallest magnitude first.
+    lowest : ndarray of complex
+        The first of them.
+    error : float
+        Largest relative change of these between the two discretisations.
+    index : int
+        Number of negative real eigenvalues; one within its error of zero does not count.
+    marginal : bool
+        Whether an eigenvalue is within its error of zero, so that its sign is not known.
+
+    Raises
+    ------
+    NotConverged
+        If the state could not be solved again.
+    """
+
+    @one_thread
+    def __init__(self, problem: Discretisation, x: np.ndarray, given: Closure | None = None) -> None:
+        states = (problem, x), _finer(problem, x, given)
+        coarse, self._fine = (Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True))
+        self.mu, rough = self._fine.eigenvalues(), coarse.eigenvalues()
+        self.lowest = self.mu[:REPORTED]
+        size = 1.0 + np.abs(self.lowest)
+        self.error = float(np.max(np.abs(self.lowest - rough[: len(self.lowest)]) / size))
+        # Where a traction drops, a negative eigenvalue may lie beyond those reported.
+        self.index, seen = _negative(self.mu, self.error), _negative(rough, self.error)
+        # Where a real eigenvalue vanishes, as at contact, its sign is that of rounding.
+        vanishes = np.any(_is_real(self.lowest) & (np.abs(self.lowest.real) <= self.error * size))
+        self.marginal = bool(vanishes) or self.index != seen
+
+    @property
+    def flutter(self) -> bool:
+        """Whether a pair of the lowest is complex."""
+        return not _is_real(self.lowest).all()
+
+    @one_thread
+    def determinant_sign(self) -> int:
+        """Sign of det K, 0 where it is not known."""
+        return 0 if self.marginal else self._fine.determinant_sign()
+
+    @one_thread
+    def volume_index(self) -> int:
+        """The same count as ``index`` when the swept volume is held."""
+        return _negative(self._fine.eigenvalues(fixed_volume=True), self.error)
+
+
+def _finer(
+    problem: Discretisation, x: np.ndarray, given: Closure | None
+) -> tuple[Discretisation, np.ndarray]:
+    """Return the same state on a finer mesh."""
+    s, own = problem.scalars(x), problem.settings
+    finer = (own.refined() if isinstance(own, Spectral) else FINER).discretise(problem.phases)
+    rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
+    start = problem.prolonged(x, finer)
+    for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
+        if second is not None:
+            found = correct(finer, start, (rod, second))
+            if found.converged and np.max(np.abs(found.x[-4:] - x[-4:]) / (1.0 + np.abs(x[-4:]))) < SAME:
+                return finer, found.x
+    raise NotConverged(
+        "the state could not be solved again on a finer mesh, to tell the error of its motions.",
+        remedy="Compute it with a finer method or a smaller tol.",
+    )
+
+
+def _is_real(mu: np.ndarray) -> np.ndarray:
+    return np.abs(mu.imag) <= COMPLEX * np.abs(mu)
+
+
+def _negative(mu: np.ndarray, error: float) -> int:
+    """Count the real eigenvalues that are negative beyond their error."""
+    return int(np.sum(_is_real(mu) & (mu.real < -error * (1.0 + np.abs(mu)))))
 
 
 class Motions:
