@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base.checks import listed, pair, whole
 from ..base.errors import InvalidInput, NotConverged
-from .reduction import Reduction
+
+if TYPE_CHECKING:
+    from .reduction import Reduction
 
 
 @dataclass(frozen=True, eq=False)

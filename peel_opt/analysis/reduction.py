@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +35,7 @@ from ..base.errors import InvalidInput
 from ..base.threads import one_thread
 from .linear_operator import FIELDS, LinearOperator
 from .nonlinear_part import remainder, remainder_derivative
-
-if TYPE_CHECKING:
-    from .reduced_diagram import Curve
+from .reduced_diagram import Curve, zero_set
 
 #: Batches are cut so that the Jacobians of one batch stay below some 100 MB.
 _BATCH = 512
@@ -241,8 +239,6 @@ class Reduction(LinearOperator):
         NotConverged
             If a point cannot be refined.
         """
-        from .reduced_diagram import zero_set
-
         return zero_set(self, lam_range, A_range, samples)
 
 
