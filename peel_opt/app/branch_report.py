@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from ..base.units import display
 from ..equilibria.branch import Branch
-from ..equilibria.storage import Units
-from ..model.rod import Rod
+from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, slug
 
 #: What the kinds of special points are, for people.

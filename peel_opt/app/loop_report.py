@@ -13,8 +13,7 @@ from ..analysis.loops import KIND
 from ..analysis.pressure_loop import PressureLoop
 from ..base.files import save_arrays, write_csv
 from ..base.units import display
-from ..equilibria.storage import Units
-from ..model.rod import Rod
+from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, slug
 
 AnyLoop = HysteresisLoop | PressureLoop

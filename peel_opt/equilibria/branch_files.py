@@ -19,10 +19,10 @@ import numpy as np
 from ..base.files import read_file, require_schema, save_arrays, unpack, write_csv
 from ..model.bond import CohesiveLaw
 from ..model.law_samples import samples
+from ..model.rod import Units, rod_from
 from .branch import COLUMNS, Branch
 from .branch_parts import Solutions, SpecialPoint, Trivial
 from .branch_points import under_law
-from .storage import Units, rod_from
 
 SCHEMA = "peel_opt branch"
 SCHEMA_VERSION = 2

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..base.files import atomic_write, read_file, require_schema, unpack
-from ..model.rod import Rod
+from ..model.rod import Units, rod_from
 from ..residual.shape import Shape
 from .result import Equilibrium, Stats
 
@@ -31,7 +31,6 @@ SAME_RATIO = 1e-9
 #: Numbers of an equilibrium that are stored; all others follow from them.
 _FLOATS = ("beta0", "lam", "alpha1", "error", "certificate", "tol")
 _TEXTS = ("law", "answered", "state", "status", "message")
-_ROD = ("bending_stiffness", "adhesion_strength", "adhesion_range")
 
 #: CSV columns of the scaled shape; theta is the same in both units.
 _SCALED = {
@@ -43,43 +42,6 @@ _SCALED = {
     "Nx": "Nx*sbar^2/k",
     "Ny": "Ny*sbar^2/k",
 }
-
-
-@dataclass(frozen=True)
-class Units:
-    """Names of the units that the attributes of an equilibrium or a branch are in."""
-
-    length: str
-    pressure: str
-    force: str
-    stiffness: str
-
-    @classmethod
-    def of(cls, rod: Rod | None) -> Units:
-        """Return the units that go with a rod: SI, its own eta and T0, or without one sbar and k."""
-        if rod is None:
-            return cls("sbar", "k/sbar^3", "k/sbar^2", "k")
-        if rod.dimensionless:
-            return cls("eta", "T0", "T0 eta", "T0 eta^3")
-        return cls("m", "Pa", "N/m", "N m")
-
-    def rod(self, rod: Rod | None) -> dict[str, float]:
-        """Return the numbers of a rod, none without one."""
-        units = (self.stiffness, self.pressure, self.length)
-        return (
-            {} if rod is None else {f"{k} [{u}]": getattr(rod, k) for k, u in zip(_ROD, units, strict=True)}
-        )
-
-    def columns(self, eq: Equilibrium) -> dict[str, np.ndarray]:
-        """Return the shape in these units, without theta."""
-        return {
-            f"s [{self.length}]": eq.s,
-            f"x [{self.length}]": eq.x,
-            f"y [{self.length}]": eq.y,
-            f"curvature [1/{self.length}]": eq.curvature,
-            f"Nx [{self.force}]": eq.Nx,
-            f"Ny [{self.force}]": eq.Ny,
-        }
 
 
 def equilibrium_record(eq: Equilibrium) -> dict[str, Any]:
@@ -117,6 +79,19 @@ def equilibrium_record(eq: Equilibrium) -> dict[str, Any]:
     return record | units.rod(eq.rod) | _stats_record(eq.stats)
 
 
+def _in_units(eq: Equilibrium) -> dict[str, np.ndarray]:
+    """Return the shape in the units of its rod, without theta."""
+    units = Units.of(eq.rod)
+    return {
+        f"s [{units.length}]": eq.s,
+        f"x [{units.length}]": eq.x,
+        f"y [{units.length}]": eq.y,
+        f"curvature [1/{units.length}]": eq.curvature,
+        f"Nx [{units.force}]": eq.Nx,
+        f"Ny [{units.force}]": eq.Ny,
+    }
+
+
 def save_equilibrium(eq: Equilibrium, path: str | Path) -> Path:
     """Write an equilibrium as NPZ: the scaled shape and one JSON text with all numbers."""
     arrays: dict[str, Any] = {f.name: np.asarray(getattr(eq.shape, f.name), float) for f in fields(Shape)}
@@ -134,7 +109,7 @@ def write_equilibrium_csv(eq: Equilibrium, path: str | Path) -> Path:
     known = {line.split(" = ")[0] for line in lines}
     derived = {key: value for key, value in equilibrium_record(eq).items() if f"# {key}" not in known}
     lines += [f"# {key} = {json.dumps(value)}" for key, value in derived.items()]
-    columns = {} if eq.rod is None else Units.of(eq.rod).columns(eq)
+    columns = {} if eq.rod is None else _in_units(eq)
     columns |= {title: getattr(eq.shape, name) for name, title in _SCALED.items()}
     lines.append(",".join(columns))
     lines += [",".join(repr(float(value)) for value in row) for row in zip(*columns.values(), strict=True)]
@@ -176,13 +151,6 @@ def _head(eq: Equilibrium) -> dict[str, Any]:
     return head | Units.of(eq.rod).rod(eq.rod) | _stats_record(eq.stats)
 
 
-def rod_from(head: dict[str, Any]) -> Rod | None:
-    """Return the rod whose numbers, with their units in the keys, are among those of a file."""
-    named = {key.split(" [")[0]: value for key, value in head.items()}
-    numbers = {name: named[name] for name in _ROD if name in named}
-    return Rod(**numbers) if numbers else None
-
-
 def _from_npz(data: bytes) -> tuple[dict[str, Any], Shape]:
     head, arrays = unpack(data)
     require_schema(head, SCHEMA, SCHEMA_VERSION)
@@ -218,7 +186,7 @@ def _require_agreement(eq: Equilibrium, head: dict[str, Any], table: dict[str, n
     """Raise if what a file says twice is not the same, as in a CSV that was edited in part."""
     derived: dict[str, Any] = equilibrium_record(eq)
     if eq.rod is not None:
-        derived |= Units.of(eq.rod).columns(eq)
+        derived |= _in_units(eq)
         if math.isfinite(eq.ratio) and not _agree(eq.rod.ratio, eq.ratio, SAME_RATIO):
             raise ValueError(f"its rod has eta/y0 = {eq.rod.ratio!r}, its equilibrium {eq.ratio!r}")
     for key, stored in (head | table).items():

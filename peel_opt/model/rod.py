@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput, OutOfRange
@@ -138,3 +140,39 @@ def require_rod(rod: object, limits: tuple[float, float] = FOLLOWED) -> Rod:
         )
     require_ratio(rod.ratio, limits)
     return rod
+
+
+@dataclass(frozen=True)
+class Units:
+    """Names of the units that the numbers of a rod and of its states are in."""
+
+    length: str
+    pressure: str
+    force: str
+    stiffness: str
+
+    @classmethod
+    def of(cls, rod: Rod | None) -> Units:
+        """Return the units that go with a rod: SI, its own eta and T0, or without one sbar and k."""
+        if rod is None:
+            return cls("sbar", "k/sbar^3", "k/sbar^2", "k")
+        if rod.dimensionless:
+            return cls("eta", "T0", "T0 eta", "T0 eta^3")
+        return cls("m", "Pa", "N/m", "N m")
+
+    def of_number(self, name: str) -> str:
+        """Return the unit of a number by its name, empty if it has none."""
+        named = {"pressure": self.pressure, "length": self.length}
+        named |= zip(MATERIAL, (self.stiffness, self.pressure, self.length), strict=True)
+        return named.get(name, "")
+
+    def rod(self, rod: Rod | None) -> dict[str, float]:
+        """Return the numbers of a rod with the unit in the key, none without one."""
+        return {} if rod is None else {f"{k} [{self.of_number(k)}]": getattr(rod, k) for k in MATERIAL}
+
+
+def rod_from(head: Mapping[str, Any]) -> Rod | None:
+    """Return the rod whose numbers, with their units in the keys, are among those of a record."""
+    named = {key.split(" [")[0]: value for key, value in head.items()}
+    numbers = {name: named[name] for name in MATERIAL if name in named}
+    return Rod(**numbers) if numbers else None

@@ -15,8 +15,7 @@ import numpy as np
 
 from ...base.errors import MissingExtra
 from ...base.files import atomic_write, read_file, require_schema, unpack
-from ...equilibria.storage import Units
-from ...model.rod import Rod
+from ...model.rod import Rod, Units
 from .answers import NUMBERS, TEXTS
 from .table import Sweep
 

@@ -24,10 +24,9 @@ from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...equilibria.methods import Method, as_method
 from ...equilibria.posed import known_law, known_state
-from ...equilibria.storage import Units
 from ...model.bond import CohesiveLaw
 from ...model.law_samples import texts
-from ...model.rod import MATERIAL, Rod
+from ...model.rod import MATERIAL, Rod, Units
 from ...residual.discretisation import Transcription
 
 #: Points of a chunk: at 0.2 to 25 ms each, what an interruption may cost, against a submission
@@ -235,7 +234,7 @@ def _units(names: set[str], rod: Rod | None) -> Units | None:
 
 def si_of(name: str, units: Units | None) -> str:
     """Return the SI unit of a number by its name, empty where it is a ratio."""
-    return unit_of(name, units) if units == SI else ""
+    return SI.of_number(name) if units == SI else ""
 
 
 def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
@@ -287,10 +286,3 @@ def _check_question(names: set[str], rod: Rod | None) -> None:
         raise InvalidInput(
             f"the rod lacks {' and '.join(missing)}.", remedy="Give them, or a rod, or ratio alone."
         )
-
-
-def unit_of(name: str, units: Units) -> str:
-    """Return the unit of a number by its name, empty if it has none."""
-    named = {"pressure": units.pressure, "length": units.length}
-    named |= zip(MATERIAL, (units.stiffness, units.pressure, units.length), strict=True)
-    return named.get(name, "")

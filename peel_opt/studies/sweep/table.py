@@ -12,10 +12,9 @@ import numpy as np
 
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
-from ...equilibria.storage import Units
-from ...model.rod import Rod
+from ...model.rod import Rod, Units
 from .answers import NUMBERS, TEXTS
-from .plan import ASKED, unit_of
+from .plan import ASKED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,7 +124,7 @@ class Sweep:
         units = self.units
         if name == "nearest":
             return self.unit(_given(self))
-        return "" if units is None else unit_of(name, units)
+        return "" if units is None else units.of_number(name)
 
     def title(self, name: str) -> str:
         """Return the name of a column with its unit."""

@@ -25,8 +25,8 @@ from ...base.arrays import in_si
 from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
-from ...equilibria.storage import Units
-from ..sweep.plan import SI, si_of, unit_of
+from ...model.rod import Units
+from ..sweep.plan import SI, si_of
 from ..sweep.ranges import parse_together
 
 #: What each input measures.
@@ -107,7 +107,7 @@ def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Sprea
     InvalidInput
         If it has none of these forms, or the nominal value cannot come of it.
     """
-    unit = unit_of(name, units)
+    unit = units.of_number(name)
     given = in_si(name, given, si_of(name, units))
     if isinstance(given, str):
         distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)

@@ -18,11 +18,10 @@ from ...base.progress import Progress
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.methods import Method
 from ...equilibria.result import Equilibrium
-from ...equilibria.storage import Units
 from ...model.bond import CohesiveLaw
-from ...model.rod import MATERIAL, Rod
+from ...model.rod import MATERIAL, Rod, Units
 from ...residual.discretisation import Transcription
-from ..sweep.plan import Options, unit_of
+from ..sweep.plan import Options
 from ..sweep.run import sweep
 from .inputs import Spread, spread_of
 from .limits import LIMITS, limits_of
@@ -235,7 +234,7 @@ def _propagated(
     units = Units.of(rod)
     return Propagated(
         name=name,
-        unit=unit_of("pressure" if name.endswith("pressure") else "length", units),
+        unit=units.of_number("pressure" if name.endswith("pressure") else "length"),
         nominal=value,
         derivatives=derivatives,
         linear_mean=mean,
