@@ -85,8 +85,8 @@ from .studies.design.run import design as design
 from .studies.design.targets import Target as Target
 from .studies.sweep.run import sweep as sweep
 from .studies.sweep.table import Sweep as Sweep
-from .studies.tradeoff.run import WorkPrecision as WorkPrecision
 from .studies.tradeoff.run import tradeoff as tradeoff
+from .studies.tradeoff.table import WorkPrecision as WorkPrecision
 from .studies.uncertainty.result import Uncertainty as Uncertainty
 from .studies.uncertainty.run import uncertainty as uncertainty
 

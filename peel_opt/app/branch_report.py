@@ -6,12 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from ..base.units import display
 from ..equilibria.branch import Branch
 from ..model.rod import Rod, Units
-from .report import aligned, describe_rod, slug
+from .report import aligned, describe_rod, slug, write_result
 
 #: What the kinds of special points are, for people.
 KINDS = {
@@ -89,12 +87,5 @@ def write_branch(branch: Branch, folder: Path, name: str, *, picture: bool = Tru
     """
     if picture:
         branch = branch.with_stability()
-    branch.save(folder / f"{name}.npz")
-    branch.to_csv(folder / f"{name}.csv")
-    if picture:
-        from ..plots import save_figure
-
-        figure = branch.plot().figure
-        assert isinstance(figure, Figure)
-        save_figure(figure, folder / f"{name}.png")
+    write_result(branch, folder, name, picture=picture)
     return branch

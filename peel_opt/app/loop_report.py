@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.loops import KIND
@@ -14,7 +13,7 @@ from ..analysis.pressure_loop import PressureLoop
 from ..base.files import save_arrays, write_csv
 from ..base.units import display
 from ..model.rod import Rod, Units
-from .report import aligned, describe_rod, slug
+from .report import aligned, describe_rod, save_picture, slug
 
 AnyLoop = HysteresisLoop | PressureLoop
 
@@ -121,11 +120,7 @@ def write_loop(loop: AnyLoop, folder: Path, name: str, *, picture: bool = True) 
         write_csv(folder / f"{name}.csv", head.items(), columns),
     ]
     if picture:
-        from ..plots import save_figure
-
-        figure = loop.plot().figure
-        assert isinstance(figure, Figure)
-        files.append(save_figure(figure, folder / f"{name}.png"))
+        files.append(save_picture(loop, folder / f"{name}.png"))
     return files
 
 

@@ -16,7 +16,6 @@ from ..base.errors import PeelOptError
 from ..base.files import atomic_write
 from ..base.units import display
 from ..equilibria.result import Equilibrium
-from ..equilibria.storage import equilibrium_record, save_equilibrium, write_equilibrium_csv
 from ..model.rod import Rod
 from .cards import Card
 from .tables import one_line
@@ -106,7 +105,7 @@ def heading(card: Card, path: str) -> str:
 def as_record(label: str, found: Equilibrium | PeelOptError) -> dict[str, Any]:
     """Return an answer, or why there is none, as plain data."""
     if isinstance(found, Equilibrium):
-        return {"question": label, **equilibrium_record(found)}
+        return {"question": label, **found.summary()}
     return {"question": label, "status": found.status, "message": str(found), "nearest": found.nearest}
 
 
@@ -143,24 +142,28 @@ def summary_stem(cards: Sequence[str]) -> str:
     return f"{slug(Path(cards[0]).stem)}-summary" if len(cards) == 1 else "summary"
 
 
-def write_answer(eq: Equilibrium, folder: Path, stem: str, *, picture: bool = True) -> None:
-    """Write NPZ, CSV and a picture of an answer.
+def write_result(result: Any, folder: Path, stem: str, *, picture: bool = True, title: str = "") -> None:
+    """Write NPZ, CSV and a picture of a result that is `Stored`.
 
     Raises
     ------
     InvalidInput
         If a file cannot be written.
     """
-    save_equilibrium(eq, folder / f"{stem}.npz")
-    write_equilibrium_csv(eq, folder / f"{stem}.csv")
+    result.save(folder / f"{stem}.npz")
+    result.to_csv(folder / f"{stem}.csv")
     if picture:
-        from matplotlib.figure import Figure
+        save_picture(result, folder / f"{stem}.png", title)
 
-        from ..plots import save_figure
 
-        figure = eq.plot().figure
-        assert isinstance(figure, Figure)
-        save_figure(figure, folder / f"{stem}.png")
+def save_picture(result: Any, path: Path, title: str = "") -> Path:
+    """Write what a result plots, under a title if there is one."""
+    from ..plots import save_figure
+
+    figure = result.plot().figure
+    if title:
+        figure.suptitle(title, fontsize="medium")
+    return save_figure(figure, path)
 
 
 def write_summary(answers: Sequence[tuple[str, Answered]], path: Path) -> None:

@@ -124,12 +124,11 @@ def json_line(value: Any) -> str:
     return json.dumps(value, default=plain)
 
 
-def write_csv(path: str | Path, head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray]) -> Path:
-    """Write a table: what it is in lines ``# key = JSON``, then titles, then one row a line.
+def csv_text(head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray]) -> str:
+    """Return a table as CSV: what it is in lines ``# key = JSON``, then titles, then one row a line.
 
     Parameters
     ----------
-    path : str or Path
     head : iterable of (str, value)
         A key may come more than once.
     columns : mapping of str to ndarray
@@ -138,14 +137,26 @@ def write_csv(path: str | Path, head: Iterable[tuple[str, Any]], columns: Mappin
     Raises
     ------
     InvalidInput
-        If the path cannot be written, or a value of the head is not plain.
+        If a value of the head is not plain.
     """
     text = io.StringIO()
     text.writelines(f"# {key} = {json_line(value)}\n" for key, value in head)
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    return atomic_write(path, lambda file: file.write(text.getvalue().encode()))
+    return text.getvalue()
+
+
+def write_csv(path: str | Path, head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray]) -> Path:
+    """Write a table as `csv_text` has it.
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written, or a value of the head is not plain.
+    """
+    content = csv_text(head, columns).encode()
+    return atomic_write(path, lambda file: file.write(content))
 
 
 def save_arrays(path: str | Path, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Path:

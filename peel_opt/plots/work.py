@@ -7,7 +7,7 @@ import math
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..studies.tradeoff.run import WorkPrecision
+from ..studies.tradeoff.table import WorkPrecision
 from . import style
 from .axes import axes_or
 from .dispatch import draw

@@ -19,7 +19,8 @@ from benchmarks.figures import Figure
 from peel_opt.app.cards import Card
 from peel_opt.app.cli.main import main
 from peel_opt.studies.tradeoff.peers import BvpPeer
-from peel_opt.studies.tradeoff.run import WorkPrecision, tradeoff
+from peel_opt.studies.tradeoff.run import tradeoff
+from peel_opt.studies.tradeoff.table import WorkPrecision
 
 SCENES = {
     "groups": partial(po.equilibrium, beta0=4.0, lam=1.0),

@@ -134,7 +134,7 @@ def _run(arguments: argparse.Namespace) -> int:
     """Answer all questions of some cards; a calibration card asks for a fit."""
     from ...base.progress import progress
     from ..cards import Card, load_any
-    from ..report import as_json, as_record, heading, summary_stem, table, write_answer, write_summary
+    from ..report import as_json, as_record, heading, summary_stem, table, write_result, write_summary
 
     # All cards are read before the first is answered: mistakes show at once.
     cards = [(path, load_any(path)) for path in arguments.cards]
@@ -160,7 +160,7 @@ def _run(arguments: argparse.Namespace) -> int:
                 answered += [(path, one) for one in answers]
                 for stem, (_, found) in zip(names[number], answers, strict=True):
                     if not isinstance(found, PeelOptError):
-                        write_answer(found, files.folder, stem, picture=not arguments.no_plot)
+                        write_result(found, files.folder, stem, picture=not arguments.no_plot)
                 write_summary(answered, files.folder / f"{summary_stem(arguments.cards)}.csv")
             for label, found in answers:
                 if isinstance(found, PeelOptError):
@@ -204,7 +204,7 @@ def _card_files(
 def _ask(arguments: argparse.Namespace) -> int:
     """Answer one question about one rod."""
     from ..cards import as_question
-    from ..report import as_json, as_record, sheet, stems, write_answer
+    from ..report import as_json, as_record, sheet, stems, write_result
 
     given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
     question, rod = as_question(**given), rod_from(arguments)
@@ -219,7 +219,7 @@ def _ask(arguments: argparse.Namespace) -> int:
             say(as_json(as_record(label, error)))
         raise
     if files is not None:
-        write_answer(found, files.folder, stem, picture=not arguments.no_plot)
+        write_result(found, files.folder, stem, picture=not arguments.no_plot)
     say(as_json(as_record(label, found)) if arguments.json else sheet(label, found))
     say_written(files, arguments)
     return OK

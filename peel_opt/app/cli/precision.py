@@ -59,8 +59,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     questions = _questions(arguments)
 
     from ...studies.tradeoff.run import tradeoff
-    from ..report import as_json
-    from ..work_report import work_record, write_work
+    from ..report import as_json, write_result
 
     files, stems = out_files(arguments), [""] * len(questions)
     if files is not None:
@@ -80,9 +79,10 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             code = FAILED
             continue
         if files is not None:
-            write_work(table, label, files.folder, stems[number - 1], picture=not arguments.no_plot)
+            picture = not arguments.no_plot
+            write_result(table, files.folder, stems[number - 1], picture=picture, title=label)
         if arguments.json:
-            documents.append({"question": label, **work_record(table)})
+            documents.append({"question": label, **table.record()})
         else:
             say(("\n" if number > 1 else "") + f"{label}\n\n{table!r}")
     if arguments.json:

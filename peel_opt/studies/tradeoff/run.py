@@ -6,18 +6,14 @@ fails keeps its row, with the reason.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from inspect import signature
 from itertools import product
-from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from ...base.checks import listed, positive, whole
-from ...base.drawing import draw
 from ...base.errors import InvalidInput, NotConverged, PeelOptError
 from ...base.progress import Progress
 from ...base.progress import progress as progressing
@@ -26,122 +22,13 @@ from ...equilibria.result import Equilibrium
 from ...residual.discretisation import Transcription
 from ...residual.transcriptions import Spectral
 from .peers import BvpPeer
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from .table import Work, WorkPrecision
 
 #: Name under which SciPy's solver takes part.
 PEER = "solve_bvp"
 
 #: Three times the nodes the spectral method starts with.
 REFERENCE = Spectral(nodes=54)
-
-
-@dataclass(frozen=True)
-class Work:
-    """One method at one tolerance; NaN where there is no such number.
-
-    Parameters
-    ----------
-    method : str
-    tol : float
-        As asked; for solve_bvp its own, a relative residual.
-    seconds : float
-        Median of the repeats, after a warm-up.
-    iterations : float
-        Of Newton's method and of IPOPT, on all meshes.
-    unknowns : float
-        Of the finest mesh.
-    evaluations : float
-        Of the equations, with or without their Jacobian: see `Stats`.
-    error : float
-        As reported with the answer; solve_bvp has none.
-    true_error : float
-        Against the reference.
-    status : str
-        "certified", "solved" for a peer, or why there is no answer.
-    """
-
-    method: str
-    tol: float
-    seconds: float = math.nan
-    iterations: float = math.nan
-    unknowns: float = math.nan
-    evaluations: float = math.nan
-    error: float = math.nan
-    true_error: float = math.nan
-    status: str = ""
-
-
-@dataclass(frozen=True)
-class WorkPrecision:
-    """What `tradeoff` returns: the rows, and the reference they are held against.
-
-    Parameters
-    ----------
-    rows : tuple of Work
-    answered : str
-    reference, reference_error : float
-    """
-
-    rows: tuple[Work, ...]
-    answered: str
-    reference: float
-    reference_error: float
-
-    def of(self, method: str) -> tuple[Work, ...]:
-        """Rows of one method."""
-        return tuple(row for row in self.rows if row.method == method)
-
-    @property
-    def methods(self) -> tuple[str, ...]:
-        """Methods in the order they were given."""
-        return tuple(dict.fromkeys(row.method for row in self.rows))
-
-    def fastest(self, accuracy: float) -> Work | None:
-        """Return the row that takes least time among those truly within ``accuracy``; None if none is."""
-        good = [row for row in self.rows if row.true_error <= max(accuracy, self.reference_error)]
-        return min(good, key=lambda row: row.seconds, default=None)
-
-    def save(self, path: str | Path) -> Path:
-        """Write rows and reference to an NPZ file that `load` restores bit for bit."""
-        from ...app.work_report import save_work
-
-        return save_work(self, path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> WorkPrecision:
-        """Read what `save` wrote."""
-        from ...app.work_report import load_work
-
-        return load_work(path)
-
-    def to_csv(self, path: str | Path) -> Path:
-        """Write all rows with full digits, units in the titles, the reference above them."""
-        from ...app.work_report import write_work_csv
-
-        return write_work_csv(self, path)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw true error against milliseconds, both logarithmic; return the axes."""
-        return draw(self, ax)
-
-    def __repr__(self) -> str:
-        width = max(6, *(len(method) for method in self.methods))
-        head = f"{'method':<{width}}  {'tol':>7}  {'ms':>8}  {'iter':>5}  {'size':>5}  {'evals':>5}"
-        lines = [f"{head}  {'reported':>8}  {'true':>8}  status"]
-        for row in self.rows:
-            counts = (row.iterations, row.unknowns, row.evaluations)
-            numbers = "  ".join("    -" if math.isnan(n) else f"{n:>5.0f}" for n in counts)
-            errors = "  ".join(
-                "       -" if math.isnan(e) else f"{e:>8.1e}" for e in (row.error, row.true_error)
-            )
-            ms = "       -" if math.isnan(row.seconds) else f"{1e3 * row.seconds:>8.3f}"
-            lines.append(
-                f"{row.method:<{width}}  {row.tol:>7.0e}  {ms}  {numbers}  {errors}  {_short(row.status)}"
-            )
-        lines.append(f"reference {self.answered} = {self.reference:.14g} +- {self.reference_error:.0e}")
-        return "\n".join(lines)
 
 
 class Poses(Protocol):
@@ -289,8 +176,3 @@ def _measured(
     except PeelOptError as error:
         return Work(method, tol, status=f"{error.status}: {error}")
     return Work(method, tol, median(seconds), true_error=abs(answer - reference), **numbers)
-
-
-def _short(status: str, most: int = 60) -> str:
-    """One column's worth of a reason; the row itself keeps all of it."""
-    return status if len(status) <= most else f"{status[: most - 3]}..."
