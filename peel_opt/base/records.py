@@ -47,11 +47,6 @@ class Table(NamedTuple):
         return {titled(name, unit): values.ravel() for name, (values, unit) in self.columns.items()}
 
     @property
-    def text(self) -> str:
-        """As CSV."""
-        return csv_text(self.notes, self.titled)
-
-    @property
     def rows(self) -> list[dict[str, Any]]:
         """As plain data, one row a point."""
         columns = self.titled
@@ -163,8 +158,18 @@ class Stored(ABC):
         InvalidInput
             If the path cannot be written.
         """
-        text = self._table().text
+        text = self.csv_text()
         return atomic_write(path, lambda file: file.write(text.encode()))
+
+    def csv_text(self) -> str:
+        """Return what `to_csv` writes.
+
+        Returns
+        -------
+        str
+        """
+        table = self._table()
+        return csv_text(table.notes, table.titled)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -11,6 +11,7 @@ import json
 import os
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from tokenize import TokenError
 
@@ -21,7 +22,6 @@ from hypothesis import strategies as st
 import peel_opt as po
 from peel_opt import Branch, Equilibrium, Sweep
 from peel_opt.equilibria import branch_files
-from peel_opt.studies.sweep import files as sweep_files
 
 from ..fuzzing import examples, hammer, typed
 
@@ -205,8 +205,9 @@ def test_pickled_arrays_are_refused_unread(kind, originals, tmp_path, monkeypatc
 
 @pytest.mark.parametrize("kind", ["equilibrium", "branch", "sweep"])
 def test_archives_that_unpack_to_too_much_are_refused_unread(kind, tmp_path, monkeypatch):
-    for module in (branch_files, sweep_files):
-        monkeypatch.setattr(module, "LARGEST", 64_000_000)  # a bomb of 8 GB takes a while to make
+    # A bomb of 8 GB takes a while to make.
+    monkeypatch.setattr(po.Sweep, "schema", replace(po.Sweep.schema, largest=64_000_000))
+    monkeypatch.setattr(branch_files, "LARGEST", 64_000_000)
     path = tmp_path / "bomb"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("x.npy", "w") as entry:
         for _ in range(65):

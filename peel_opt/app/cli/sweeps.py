@@ -190,7 +190,6 @@ def _own_units(rod: Rod) -> dict[str, dict[str, float]]:
 
 def _sweep(arguments: argparse.Namespace) -> int:
     """Answer all points, write what came of them and say how many have no answer."""
-    from ...studies.sweep.files import csv_text, sweep_record
     from ...studies.sweep.run import sweep
     from ..report import as_json
 
@@ -205,9 +204,9 @@ def _sweep(arguments: argparse.Namespace) -> int:
     journal = None if files is None else files.folder / f"{stem}.journal"
     found = sweep(axes, rod=rod, zipped=arguments.zip, journal=journal, **options)
     if arguments.json:
-        say(as_json(sweep_record(found)))
+        say(as_json(found.record()))
     else:
-        say(csv_text(found).rstrip("\n") if files is None else repr(found))
+        say(found.csv_text().rstrip("\n") if files is None else repr(found))
     if files is not None:
         _write(found, files.folder / stem, arguments)
     say_written(files, arguments)
@@ -219,7 +218,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 def _files(arguments: argparse.Namespace, stem: str) -> Files | None:
     """Return the folder to write to; a journal there is taken up only on request."""
-    from ...studies.sweep.files import require_netcdf
+    from ...base.records import require_netcdf
 
     if arguments.out is None:
         if arguments.resume or arguments.netcdf:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,17 @@ import numpy as np
 
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
+from ...base.records import (
+    Column,
+    Schema,
+    Stored,
+    Table,
+    array,
+    dataset,
+    require_netcdf,
+    titled,
+    write_netcdf,
+)
 from ...model.rod import Rod, Units
 from .answers import NUMBERS, TEXTS
 from .plan import ASKED
@@ -22,9 +33,12 @@ if TYPE_CHECKING:
 #: Status of an answer that may be used.
 CERTIFIED = "certified"
 
+#: Bytes of a file: more than the largest sweep.
+LARGEST = 8_000_000_000
+
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class Sweep(Stored):
     """Answers over a grid or a list of points.
 
     Every number and text of the answers is an array of the shape ``shape``, read as
@@ -52,6 +66,8 @@ class Sweep:
     values : dict of str to ndarray
         The numbers and texts of the answers, each of shape ``shape``.
     """
+
+    schema = Schema("peel_opt sweep", 1, largest=LARGEST)
 
     axes: dict[str, np.ndarray]
     fixed: dict[str, float]
@@ -128,27 +144,60 @@ class Sweep:
 
     def title(self, name: str) -> str:
         """Return the name of a column with its unit."""
-        unit = self.unit(name)
-        return f"{name} [{unit}]" if unit else name
+        return titled(name, self.unit(name))
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write one line a point, with units in the header and what all points share above it."""
-        from .files import write_csv
+    # --- out ------------------------------------------------------------------------------
 
-        return write_csv(self, path)
+    def record(self) -> dict[str, Any]:
+        """Return plain data with units in the keys: what all points share, and the points."""
+        return self._shared() | {"summary": self.summary(), "points": self._table().rows}
 
-    def save(self, path: str | Path) -> Path:
-        """Write an NPZ file that `load` restores bit for bit."""
-        from .files import save_sweep
+    def _column(self, name: str, values: np.ndarray) -> Column:
+        return Column(values, self.unit(name))
 
-        return save_sweep(self, path)
+    def _table(self) -> Table:
+        columns = {name: self._column(name, self[name]) for name in (*self.axes, *self.columns)}
+        return Table(self._shared().items(), columns)
+
+    def _shared(self) -> dict[str, Any]:
+        """Return what all points share, with units in the keys."""
+        fixed = {self.title(name): value for name, value in self.fixed.items()}
+        return {"asked": self.asked, **fixed, **self.options, **Units.of(self.rod).rod(self.rod)}
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return {f"axis.{name}": values for name, values in self.axes.items()} | self.values
+
+    def _head(self) -> dict[str, Any]:
+        return {
+            "axes": list(self.axes),
+            "fixed": self.fixed,
+            "rod": None if self.rod is None else asdict(self.rod),
+            "zipped": self.zipped,
+            "asked": self.asked,
+            "units": None if self.units is None else asdict(self.units),
+            "options": self.options,
+            "arithmetic": self.arithmetic,
+        }
 
     @classmethod
-    def load(cls, path: str | Path) -> Sweep:
-        """Read what `save` wrote."""
-        from .files import load_sweep
-
-        return load_sweep(path)
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Sweep:
+        axes = {name: array(arrays, f"axis.{name}") for name in head["axes"]}
+        sizes = tuple(len(values) for values in axes.values())
+        if head["zipped"] and len(set(sizes)) != 1:
+            raise ValueError("its axes are no columns of one list")
+        shape = sizes[:1] if head["zipped"] else sizes
+        values = {name: array(arrays, name, "f", shape) for name in NUMBERS}
+        return cls(
+            axes=axes,
+            fixed={str(name): float(value) for name, value in head["fixed"].items()},
+            rod=None if head["rod"] is None else Rod(**head["rod"]),
+            zipped=bool(head["zipped"]),
+            asked=str(head["asked"]),
+            units=None if head["units"] is None else Units(**head["units"]),
+            options={str(name): str(value) for name, value in head["options"].items()},
+            arithmetic=str(head["arithmetic"]),
+            values=values | {name: array(arrays, name, "U", shape) for name in TEXTS},
+        )
 
     def to_xarray(self) -> Any:
         """Return an `xarray.Dataset` with the axes as coordinates and units as attributes.
@@ -158,9 +207,12 @@ class Sweep:
         MissingExtra
             If xarray is not installed.
         """
-        from .files import as_dataset
-
-        return as_dataset(self)
+        along = {name: self.dims if self.zipped else (name,) for name in self.axes}
+        coordinates = {name: (along[name], self._column(name, v)) for name, v in self.axes.items()}
+        coordinates |= {name: ((), self._column(name, np.array(v))) for name, v in self.fixed.items()}
+        variables = {name: (self.dims, self._column(name, self.values[name])) for name in self.columns}
+        about = {"asked": self.asked, "arithmetic": self.arithmetic, **self.options}
+        return dataset(variables, coordinates, about if self.rod is None else about | {"rod": repr(self.rod)})
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write `to_xarray` as NetCDF.
@@ -170,9 +222,8 @@ class Sweep:
         MissingExtra
             If xarray or h5netcdf is not installed.
         """
-        from .files import write_netcdf
-
-        return write_netcdf(self, path)
+        require_netcdf()
+        return write_netcdf(self.to_xarray(), path)
 
     def plot(self, ax: Axes | None = None, *, column: str | None = None) -> Axes:
         """Draw the answered number, or another column, over one or two axes; return the axes."""
