@@ -5,14 +5,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ..base.drawing import draw
+from ..base.records import Schema, Stored, Table, read_csv
 from ..model.rod import Rod
 from ..residual.shape import Shape, Solution
+from .storage import (
+    equilibrium_head,
+    equilibrium_parts,
+    equilibrium_record,
+    equilibrium_table,
+    require_agreement,
+    scaled_arrays,
+    shape_arrays,
+    stats_from,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,7 +66,7 @@ class Stats:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class Equilibrium(Stored):
     """A detached equilibrium of the rod.
 
     Numbers of the paper's groups are floats; ``nan`` where a group does not exist (P and
@@ -84,6 +94,8 @@ class Equilibrium:
     given : dict
         The numbers that were given, by the names of the attributes that have them unchanged.
     """
+
+    schema = Schema("peel_opt equilibrium", 1)
 
     rod: Rod | None
     law: str
@@ -229,28 +241,31 @@ class Equilibrium:
 
     def summary(self) -> dict[str, Any]:
         """All numbers of the answer as a flat dictionary, lengths and pressures with units."""
-        from .storage import equilibrium_record
-
         return equilibrium_record(self)
 
-    def save(self, path: str | Path) -> Path:
-        """Write numbers and shape to an NPZ file that `load` restores bit for bit."""
-        from .storage import save_equilibrium
+    def _head(self) -> dict[str, Any]:
+        return equilibrium_head(self)
 
-        return save_equilibrium(self, path)
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return shape_arrays(self.shape)
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write the shape as CSV with units in the header and the numbers above it."""
-        from .storage import write_equilibrium_csv
-
-        return write_equilibrium_csv(self, path)
+    def _table(self) -> Table:
+        return equilibrium_table(self, self.schema.stamped(self._head()))
 
     @classmethod
-    def load(cls, path: str | Path) -> Equilibrium:
-        """Read what `save` or `to_csv` wrote."""
-        from .storage import load_equilibrium
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
+        return cls(**equilibrium_parts(head, arrays), stats=Stats(**stats_from(head)))
 
-        return load_equilibrium(path)
+    @classmethod
+    def _read(cls, data: bytes) -> Self:
+        """Read a CSV too, which holds everything, and much of it twice."""
+        if data[:2] == b"PK":
+            return super()._read(data)
+        head, columns = read_csv(data)
+        cls.schema.require(head)
+        eq = cls._restored(head, scaled_arrays(columns))
+        require_agreement(eq, head, columns)
+        return eq
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from peel_opt.base.errors import InvalidInput
+from peel_opt.base.files import atomic_write
 from peel_opt.equilibria.ask import equilibrium, pressure_given_length
 from peel_opt.equilibria.result import Equilibrium
-from peel_opt.equilibria.storage import atomic_write
 from peel_opt.model.rod import Rod
 from peel_opt.residual.shape import Shape
 
