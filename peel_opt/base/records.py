@@ -25,7 +25,8 @@ from .files import MOST_BYTES, atomic_write, csv_text, read_file, require_schema
 INSTALL = "Install it with: pip install 'peel_opt[xarray]'"
 
 #: What a value or an array of a file may be, in words.
-_WORDS = {str: "text", float: "number", dict: "table", "f": "numbers", "i": "whole numbers", "U": "texts"}
+_WORDS = {str: "text", float: "number", float | int: "number", dict: "table"}
+_WORDS |= {"f": "numbers", "i": "whole numbers", "U": "texts"}
 
 
 class Column(NamedTuple):
@@ -201,7 +202,7 @@ class Stored(ABC):
 # --- reading without belief --------------------------------------------------------------------
 
 
-def entries(head: Mapping[str, Any], kind: type, *names: str) -> dict[str, Any]:
+def entries(head: Mapping[str, Any], kind: Any, *names: str) -> dict[str, Any]:
     """Return entries of a head that must all be texts, numbers or tables."""
     for name in names:
         if not isinstance(head[name], kind):

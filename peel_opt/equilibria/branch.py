@@ -7,19 +7,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ..base.arrays import read_only
 from ..base.drawing import draw
 from ..base.errors import InvalidInput
+from ..base.records import Schema, Stored, Table
 from ..base.threads import one_thread
 from ..model.equations import PI4
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
-from .branch_parts import SPECIAL_KINDS, Solutions, SpecialPoint, Trivial
-from .branch_points import discretised, equilibrium_at
+from .branch_files import branch_arrays, branch_head, branch_parts, branch_table
+from .branch_parts import COLUMNS, SPECIAL_KINDS, Solutions, SpecialPoint, Trivial
+from .branch_points import discretised, equilibrium_at, under_law
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,12 +29,8 @@ if TYPE_CHECKING:
     from ..model.bond import CohesiveLaw
 
 
-#: Columns of a branch: what is stored, in CSV and NPZ as well.
-COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
-
-
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Stored):
     """A curve of equilibria.
 
     Arrays have shape (n,) and cannot be written to.  ``len``, iteration and slicing go over
@@ -76,6 +74,9 @@ class Branch:
     flutter : ndarray or None
         Number of fluttering pairs of eigenvalues, as ``stability(branch[i]).flutter``.
     """
+
+    #: Some 40 000 points of three phases each.
+    schema = Schema("peel_opt branch", 2, largest=512_000_000)
 
     law: str
     hold: str
@@ -247,24 +248,40 @@ class Branch:
         index, flutter = np.array([(s.index, s.flutter) for s in found], dtype=int).reshape(-1, 2).T
         return replace(self, index=index, flutter=flutter)
 
-    def save(self, path: str | Path) -> Path:
-        """Write everything to an NPZ file that `load` restores bit for bit."""
-        from .branch_files import save_branch
+    def _head(self) -> dict[str, Any]:
+        return branch_head(self)
 
-        return save_branch(self, path)
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return branch_arrays(self)
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write the points as CSV, with units in the header."""
-        from .branch_files import write_branch_csv
-
-        return write_branch_csv(self, path)
+    def _table(self) -> Table:
+        return branch_table(self, self.schema.stamped(self._head()))
 
     @classmethod
-    def load(cls, path: str | Path, law: CohesiveLaw | None = None) -> Branch:
-        """Read what `save` wrote; a branch under a law of your own is taken up again with that ``law``."""
-        from .branch_files import load_branch
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
+        return cls(**branch_parts(head, arrays))
 
-        return load_branch(path, law)
+    @classmethod
+    def load(cls, path: str | Path, law: CohesiveLaw | None = None) -> Self:
+        """Read what `save` wrote; a branch under a law of your own is taken up again with that ``law``.
+
+        Parameters
+        ----------
+        path : str or Path
+        law : CohesiveLaw, optional
+
+        Returns
+        -------
+        Branch
+
+        Raises
+        ------
+        InvalidInput
+            If the file cannot be read, is damaged, of a later version, or is not such a file; or if
+            ``law`` is not the one the branch was traced with.
+        """
+        branch = super().load(path)
+        return branch if law is None else under_law(branch, law)
 
     def __repr__(self) -> str:
         return "\n".join(self._tree())

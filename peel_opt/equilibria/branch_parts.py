@@ -11,6 +11,9 @@ from ..base.arrays import Columns, read_only
 from ..model.bond import CohesiveLaw
 from ..residual.discretisation import Transcription
 
+#: Columns of a branch: what is stored, in CSV and NPZ as well.
+COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
+
 #: Kinds of special points.
 SPECIAL_KINDS = (
     "BP",

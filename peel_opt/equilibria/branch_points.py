@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from .result import Equilibrium, Stats
 if TYPE_CHECKING:
     from .branch import Branch
 
+Taken = TypeVar("Taken", bound="Branch")
+
 _TRANSCRIPTIONS: dict[str, type[Transcription]] = {c.__name__: c for c in (Spectral, Collocation, Shooting)}
 
 
@@ -51,7 +53,7 @@ def law_of(branch: Branch) -> CohesiveLaw:
     return named
 
 
-def under_law(branch: Branch, law: CohesiveLaw) -> Branch:
+def under_law(branch: Taken, law: CohesiveLaw) -> Taken:
     """Return a branch that was read from a file with the law it was traced with.
 
     Raises

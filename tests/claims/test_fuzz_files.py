@@ -21,7 +21,6 @@ from hypothesis import strategies as st
 
 import peel_opt as po
 from peel_opt import Branch, Equilibrium, Sweep
-from peel_opt.equilibria import branch_files
 
 from ..fuzzing import examples, hammer, typed
 
@@ -206,8 +205,8 @@ def test_pickled_arrays_are_refused_unread(kind, originals, tmp_path, monkeypatc
 @pytest.mark.parametrize("kind", ["equilibrium", "branch", "sweep"])
 def test_archives_that_unpack_to_too_much_are_refused_unread(kind, tmp_path, monkeypatch):
     # A bomb of 8 GB takes a while to make.
-    monkeypatch.setattr(po.Sweep, "schema", replace(po.Sweep.schema, largest=64_000_000))
-    monkeypatch.setattr(branch_files, "LARGEST", 64_000_000)
+    for kind_of in (Branch, Sweep):
+        monkeypatch.setattr(kind_of, "schema", replace(kind_of.schema, largest=64_000_000))
     path = tmp_path / "bomb"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("x.npy", "w") as entry:
         for _ in range(65):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.equilibria import branch_files
 from peel_opt.equilibria.branch import COLUMNS, Branch
 from peel_opt.equilibria.branch_parts import Solutions
 from peel_opt.equilibria.branch_points import law_of
@@ -251,8 +250,8 @@ def rewritten(branch, path, **changes):
 
 def test_a_later_or_foreign_schema_is_named(branches, tmp_path):
     path = tmp_path / "branch.npz"
-    later = rewritten(branches["beta0"], path, schema_version=branch_files.SCHEMA_VERSION + 1)
-    assert f"version is {branch_files.SCHEMA_VERSION + 1}" in refused(later)
+    later = rewritten(branches["beta0"], path, schema_version=Branch.schema.version + 1)
+    assert f"version is {Branch.schema.version + 1}" in refused(later)
     equilibrium = po.equilibrium(beta0=4, lam=1.0).save(tmp_path / "eq.npz")
     assert "peel_opt equilibrium" in refused(equilibrium)
     with pytest.raises(po.InvalidInput, match="peel_opt branch"):
@@ -299,7 +298,7 @@ def test_damage_never_goes_unseen(branches, tmp_path):
 
 
 def test_a_zip_bomb_and_a_missing_file_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(branch_files, "LARGEST", 10_000)
+    monkeypatch.setattr(Branch, "schema", replace(Branch.schema, largest=10_000))
     bomb = tmp_path / "bomb.npz"
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("lam.npy", bytes(1_000_000))
