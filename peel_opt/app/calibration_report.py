@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.errors import NotConverged
-from ..base.files import write_csv
 from ..base.units import display
 from ..model.rod import UNITS
 from ..studies.calibrate.profile import BetterFit
+from ..studies.calibrate.record import Intervals
 from ..studies.calibrate.result import Calibration
 from .report import aligned, describe_rod, slug
 from .tables import one_line
@@ -28,10 +28,6 @@ def heading(card: CalibrationCard, path: str) -> str:
     if card.note:
         lines.append(f"  note: {one_line(card.note)}")
     return "\n".join(lines)
-
-
-#: Interval of a number, and what it is from.
-Intervals = dict[str, tuple[float, float, str]]
 
 
 def fit_table(fit: Calibration, level: float, intervals: Intervals) -> str:
@@ -99,86 +95,6 @@ def observation_table(fit: Calibration) -> str:
         ]
         rows.append([*cells, eq.state, sizes])
     return aligned(rows)
-
-
-def fit_record(
-    fit: Calibration, level: float | None = None, intervals: Intervals | None = None
-) -> dict[str, Any]:
-    """Return a fit as plain data, with units in the keys; with ``intervals`` of a ``level``, those too."""
-    record: dict[str, Any] = {"status": "fitted", "free": list(fit.free)}
-    for name, value in fit.estimates.items():
-        unit = UNITS[name]
-        record[f"{name} [{unit}]"] = value
-        record[f"{name}_sd [{unit}]"] = fit.sd[name]
-        if intervals is not None:
-            *ends, how = intervals[name]
-            record[f"{name}_interval [{unit}]"] = ends
-            record[f"{name}_interval_method"] = how
-    if level is not None:
-        record["level"] = level
-    record |= {f"rod.{name} [{UNITS[name]}]": float(getattr(fit.rod, name)) for name in UNITS}
-    record |= {
-        "log_covariance": fit.log_covariance.tolist(),
-        "correlation": fit.correlation.tolist(),
-        "chi2": fit.chi2,
-        "deviance": fit.deviance,
-        "degrees": fit.degrees,
-        "p_value": fit.p_value,
-        "loss": fit.loss,
-        "loss_scale": fit.loss_scale,
-        "singular_values": fit.singular_values.tolist(),
-        "combinations": [str(c) for c in fit.combinations],
-        "identifiable": fit.identifiable,
-        "consistency": fit.consistency,
-        "iterations": fit.iterations,
-        "warnings": list(fit.warnings),
-        "observations": [
-            {
-                "name": observation.name,
-                "state": eq.state,
-                "length [m]": eq.length,
-                "pressure [Pa]": eq.pressure,
-                "error": eq.error,
-                "certificate": eq.certificate,
-                "status": eq.status,
-                "residuals [sd]": r.tolist(),
-            }
-            for observation, eq, r in zip(fit.observations, fit.equilibria, fit.residuals, strict=True)
-        ],
-    }
-    return record
-
-
-def write_fit_csv(fit: Calibration, path: str | Path) -> Path:
-    """Write one row for each observation; the numbers of the fit as comments above.
-
-    Raises
-    ------
-    InvalidInput
-        If the path cannot be written.
-    """
-    record = fit_record(fit)
-    del record["observations"]
-    nan = float("nan")
-
-    def column(values: list[Any]) -> np.ndarray:
-        return np.array([nan if v is None else v for v in values], float)
-
-    seen, equilibria = fit.observations, fit.equilibria
-    columns = {
-        "observation": np.array([o.name for o in seen]),
-        "state": np.array([eq.state for eq in equilibria]),
-        "length [m]": column([o.length for o in seen]),
-        "length_sd [m]": column([o.length_sd for o in seen]),
-        "fitted length [m]": column([eq.length for eq in equilibria]),
-        "pressure [Pa]": column([o.pressure for o in seen]),
-        "pressure_sd [Pa]": column([o.pressure_sd for o in seen]),
-        "fitted pressure [Pa]": column([eq.pressure for eq in equilibria]),
-        "points": np.array([0 if o.points is None else len(o.points) for o in seen]),
-        "rms residual [sd]": column([float(np.sqrt(np.mean(r**2))) for r in fit.residuals]),
-        "certificate": column([eq.certificate for eq in equilibria]),
-    }
-    return write_csv(path, record.items(), columns)
 
 
 def write_fit(

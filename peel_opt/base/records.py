@@ -48,11 +48,28 @@ class Table(NamedTuple):
         return {titled(name, unit): values.ravel() for name, (values, unit) in self.columns.items()}
 
     @property
+    def text(self) -> str:
+        """As CSV."""
+        return csv_text(self.notes, self.titled)
+
+    @property
     def rows(self) -> list[dict[str, Any]]:
         """As plain data, one row a point."""
         columns = self.titled
         cells = zip(*(values.tolist() for values in columns.values()), strict=True)
         return [dict(zip(columns, row, strict=True)) for row in cells]
+
+
+def write_table(table: Table, path: str | Path) -> Path:
+    """Write a table as CSV.
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written, or a note is not plain.
+    """
+    content = table.text.encode()
+    return atomic_write(path, lambda file: file.write(content))
 
 
 def titled(name: str, unit: str) -> str:
@@ -159,8 +176,7 @@ class Stored(ABC):
         InvalidInput
             If the path cannot be written.
         """
-        text = self.csv_text()
-        return atomic_write(path, lambda file: file.write(text.encode()))
+        return write_table(self._table(), path)
 
     def csv_text(self) -> str:
         """Return what `to_csv` writes.
@@ -169,8 +185,7 @@ class Stored(ABC):
         -------
         str
         """
-        table = self._table()
-        return csv_text(table.notes, table.titled)
+        return self._table().text
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -43,7 +43,8 @@ def fit_card(
     """
     from pathlib import Path
 
-    from ..calibration_report import fit_record, fit_table, heading, intervals_of, write_fit
+    from ...studies.calibrate.record import fit_record
+    from ..calibration_report import fit_table, heading, intervals_of, write_fit
     from ..report import slug
 
     files = out_files(arguments)

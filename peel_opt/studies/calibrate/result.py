@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
+from ...base.records import write_table
 from ...equilibria.result import Equilibrium
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import UNITS, Rod
@@ -18,12 +19,12 @@ from .data import Observation
 from .fitted import Fitted
 from .linear import chance
 from .problem import Problem
+from .profile import Profile, interval, profile
+from .record import fit_columns, fit_record
 from .words import Combination
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .profile import Profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +184,6 @@ class Calibration:
         NotConverged
             If a value on the way cannot be fitted, or is fitted better than the fit itself.
         """
-        from .profile import profile
-
         return profile(self, self._index(name), points, width)
 
     def interval(self, name: str, *, level: float = 0.95, method: str | None = None) -> tuple[float, float]:
@@ -210,8 +209,6 @@ class Calibration:
         NotConverged
             If a fit on the way to an end of the profile fails, or is better than the fit itself.
         """
-        from .profile import interval
-
         return interval(self, self._index(name), level, method)
 
     # --- out ------------------------------------------------------------------------------
@@ -222,15 +219,11 @@ class Calibration:
 
     def summary(self) -> dict[str, Any]:
         """All numbers as plain data, with units in the keys."""
-        from ...app.calibration_report import fit_record
-
         return fit_record(self)
 
     def to_csv(self, path: str | Path) -> Path:
         """Write observations, fitted values and residuals as CSV, the numbers above them."""
-        from ...app.calibration_report import write_fit_csv
-
-        return write_fit_csv(self, path)
+        return write_table(fit_columns(self), path)
 
     def __repr__(self) -> str:
         numbers = ", ".join(
