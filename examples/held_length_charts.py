@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 import peel_opt as po
-from peel_opt.app.cards import Card, load_any, load_card
+from peel_opt.app.any_card import load_any
+from peel_opt.app.cards import Card, load_card
 from peel_opt.plots import plot_held_lengths, save_figure
 
 CARDS = Path(__file__).parent.parent / "problems"

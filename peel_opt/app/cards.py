@@ -36,7 +36,7 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
@@ -44,9 +44,6 @@ from ..base.errors import CardError, InvalidInput, PeelOptError
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
 from .tables import GroupsTable, Question, RodTable, Table
-
-if TYPE_CHECKING:
-    from .calibration_cards import CalibrationCard
 
 #: A card is a page of text; what is longer was not meant to be one.
 MOST_BYTES = 1_000_000
@@ -195,15 +192,6 @@ def load_card(path: str | Path) -> Card:
         return Card.model_validate(content)
     except ValidationError as error:
         raise CardError(f"card {str(path)!r}: {explain(error)}") from error
-
-
-def load_any(path: str | Path) -> Card | CalibrationCard:
-    """Read and check a card, whichever kind it is."""
-    if not is_calibration(read_card(path)):
-        return load_card(path)
-    from .calibration_cards import load_calibration
-
-    return load_calibration(path)
 
 
 def is_calibration(content: dict[str, Any]) -> bool:

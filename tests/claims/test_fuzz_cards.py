@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from hypothesis import strategies as st
 
+from peel_opt.app.any_card import load_any
 from peel_opt.app.calibration_cards import CalibrationCard, load_calibration
-from peel_opt.app.cards import load_any, load_card
+from peel_opt.app.cards import load_card
 from peel_opt.base.errors import CardError, InvalidInput, PeelOptError
 from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
 from peel_opt.studies.calibrate.read import read_measurements, read_shape

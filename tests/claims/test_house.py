@@ -7,9 +7,10 @@ import dataclasses
 import inspect
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,16 @@ class Module:
         parts = [*here[: len(here) - node.level + 1], *(node.module or "").split(".")]
         return ".".join(part for part in parts if part)
 
+    def types(self) -> set[ast.AST]:
+        """What is imported for types only, and never runs."""
+        tests = (node for node in self.nodes(ast.If) if "TYPE_CHECKING" in ast.dump(node.test))
+        return {inner for node in tests for statement in node.body for inner in ast.walk(statement)}
+
+    def knows(self, *, types: bool) -> set[str]:
+        """Modules of the package that are imported anywhere in this one, in its functions too."""
+        left_out = set() if types else self.types()
+        return self.targets(node for node in self.nodes(ast.ImportFrom) if node not in left_out)
+
     def at_import(self) -> Iterator[ast.stmt]:
         """Statements that run when the module is imported, types left out."""
 
@@ -68,8 +79,12 @@ class Module:
 
     def imports(self) -> set[str]:
         """Modules of the package that are imported with this one."""
+        return self.targets(self.at_import())
+
+    def targets(self, nodes: Iterable[ast.AST]) -> set[str]:
+        """Modules of the package that import statements among some nodes name."""
         found = set()
-        for node in self.at_import():
+        for node in nodes:
             if isinstance(node, ast.ImportFrom) and node.level:
                 base = self.base(node)
                 for alias in node.names:
@@ -101,7 +116,12 @@ def each(modules: list[Module]) -> pytest.MarkDecorator:
 
 @each(INSIDE)
 def test_a_module_imports_from_its_own_room_and_those_before(module: Module) -> None:
-    assert not {name for name in module.imports() if room(name) > room(module.name)}
+    assert not {name for name in module.knows(types=True) if room(name) > room(module.name)}
+
+
+def test_no_modules_know_each_other_in_a_circle() -> None:
+    knows = {module.name: module.knows(types=False) - {module.name} for module in INSIDE}
+    TopologicalSorter(knows).prepare()  # which names the circle, if there is one
 
 
 def test_at_the_top_stand_the_rooms_and_the_face() -> None:

@@ -133,7 +133,8 @@ def _plain(value: Any) -> Any:
 def _run(arguments: argparse.Namespace) -> int:
     """Answer all questions of some cards; a calibration card asks for a fit."""
     from ...base.progress import progress
-    from ..cards import Card, load_any
+    from ..any_card import load_any
+    from ..cards import Card
     from ..report import as_json, as_record, heading, summary_stem, table, write_result, write_summary
 
     # All cards are read before the first is answered: mistakes show at once.
