@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import UnionType
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -24,9 +25,8 @@ from .files import MOST_BYTES, atomic_write, csv_text, read_file, require_schema
 #: How to get what labelled arrays need.
 INSTALL = "Install it with: pip install 'peel_opt[xarray]'"
 
-#: What a value or an array of a file may be, in words.
-_WORDS = {str: "text", float: "number", float | int: "number", dict: "table"}
-_WORDS |= {"f": "numbers", "i": "whole numbers", "U": "texts"}
+#: What an array of a file may hold, in words.
+_KINDS = {"f": "numbers", "i": "whole numbers", "U": "texts"}
 
 
 class Column(NamedTuple):
@@ -217,11 +217,12 @@ class Stored(ABC):
 # --- reading without belief --------------------------------------------------------------------
 
 
-def entries(head: Mapping[str, Any], kind: Any, *names: str) -> dict[str, Any]:
+def entries(head: Mapping[str, Any], kind: type | UnionType, *names: str) -> dict[str, Any]:
     """Return entries of a head that must all be texts, numbers or tables."""
+    words = {str: "text", dict: "table"}
     for name in names:
         if not isinstance(head[name], kind):
-            raise ValueError(f"{name} is no {_WORDS[kind]}")
+            raise ValueError(f"{name} is no {words.get(kind, 'number')}")
     return {name: head[name] for name in names}
 
 
@@ -233,7 +234,7 @@ def array(
     right = found.dtype.kind == kind and (kind != "f" or found.dtype == np.float64)
     if not right or (found.ndim != 1 if shape is None else found.shape != shape):
         size = "its" if shape is None else "x".join(map(str, shape))
-        raise ValueError(f"{name} does not hold {size} {_WORDS[kind]}")
+        raise ValueError(f"{name} does not hold {size} {_KINDS[kind]}")
     return found
 
 
@@ -280,8 +281,8 @@ def dataset(variables: Labelled, coordinates: Labelled, about: Mapping[str, Any]
         values = column.values.astype(object) if column.values.dtype.kind == "U" else column.values
         return dims, values, {"units": column.unit} if column.unit else {}
 
-    parts = ({name: variable(*v) for name, v in named.items()} for named in (variables, coordinates))
-    return xarray.Dataset(*parts, dict(about))
+    inside, along = ({k: variable(*v) for k, v in named.items()} for named in (variables, coordinates))
+    return xarray.Dataset(inside, along, dict(about))
 
 
 def require_netcdf() -> None:

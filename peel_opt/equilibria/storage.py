@@ -90,7 +90,7 @@ def equilibrium_table(eq: Equilibrium, head: Mapping[str, Any]) -> Table:
     """Return the shape, with a rod in its units first and scaled next, under all numbers."""
     derived = {key: value for key, value in equilibrium_record(eq).items() if key not in head}
     scaled = {name: Column(getattr(eq.shape, key), unit) for key, (name, unit) in _SCALED.items()}
-    return Table((head | derived).items(), _in_units(eq) | scaled)
+    return Table([*head.items(), *derived.items()], _in_units(eq) | scaled)
 
 
 def _in_units(eq: Equilibrium) -> dict[str, Column]:
