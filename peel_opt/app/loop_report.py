@@ -10,15 +10,15 @@ import numpy as np
 from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.loops import KIND
 from ..analysis.pressure_loop import PressureLoop
-from ..base.files import save_arrays, write_csv
+from ..base.files import save_arrays
+from ..base.records import Column, Schema, Table, write_table
 from ..base.units import display
 from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, save_picture, slug
 
 AnyLoop = HysteresisLoop | PressureLoop
 
-SCHEMA = "peel_opt hysteresis"
-SCHEMA_VERSION = 1
+SCHEMA = Schema("peel_opt hysteresis", 1)
 
 #: What the rod does at a jump.
 JUMPS = {"up": "peels off", "down": "re-adheres"}
@@ -113,11 +113,11 @@ def write_loop(loop: AnyLoop, folder: Path, name: str, *, picture: bool = True) 
     InvalidInput
         If a file cannot be written.
     """
-    columns = _columns(loop)
-    head = {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, **loop_record(loop)}
+    head = SCHEMA.stamped(loop_record(loop))
+    table = Table(head.items(), _columns(loop))
     files = [
-        save_arrays(folder / f"{name}.npz", head, columns),
-        write_csv(folder / f"{name}.csv", head.items(), columns),
+        save_arrays(folder / f"{name}.npz", head, table.titled),
+        write_table(table, folder / f"{name}.csv"),
     ]
     if picture:
         files.append(save_picture(loop, folder / f"{name}.png"))
@@ -132,8 +132,8 @@ def loop_stem(rod: Rod | None, beta0: float | None, convention: str | None, form
     return slug(f"hysteresis-ratio-{rod.ratio:.6g}") if rod.dimensionless else "hysteresis-rod"
 
 
-def _columns(loop: AnyLoop) -> dict[str, np.ndarray]:
-    """Return the states of all sweeps by title, with the unit in it."""
+def _columns(loop: AnyLoop) -> dict[str, Column]:
+    """Return the states of all sweeps."""
     legs: dict[str, Any] = {"up": loop.up, "down": loop.down}
     if isinstance(loop, PressureLoop):
         legs["between"] = loop.between
@@ -141,16 +141,16 @@ def _columns(loop: AnyLoop) -> dict[str, np.ndarray]:
     def joined(name: str) -> np.ndarray:
         return np.concatenate([getattr(leg, name) for leg in legs.values()])
 
-    columns = {"leg": np.repeat(list(legs), [len(leg) for leg in legs.values()])}
+    columns = {"leg": Column(np.repeat(list(legs), [len(leg) for leg in legs.values()]))}
     if isinstance(loop, PressureLoop):
         units = Units.of(loop.rod)
         pressure, length = joined("pressure"), joined("length")
-        columns |= {f"pressure [{units.pressure}]": pressure, f"length [{units.length}]": length}
-        columns["pressure_ratio"] = pressure / loop.rod.adhesion_strength
-        columns["length_ratio"] = length / loop.rod.eta
+        columns |= {"pressure": Column(pressure, units.pressure), "length": Column(length, units.length)}
+        columns["pressure_ratio"] = Column(pressure / loop.rod.adhesion_strength)
+        columns["length_ratio"] = Column(length / loop.rod.eta)
     else:
-        columns |= {name: joined(name) for name in ("lam", "alpha1")}
-    return columns | {name: joined(name) for name in ("state", "error")}
+        columns |= {name: Column(joined(name)) for name in ("lam", "alpha1")}
+    return columns | {name: Column(joined(name)) for name in ("state", "error")}
 
 
 def _largest_error(loop: AnyLoop) -> float | None:

@@ -147,18 +147,6 @@ def csv_text(head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray])
     return text.getvalue()
 
 
-def write_csv(path: str | Path, head: Iterable[tuple[str, Any]], columns: Mapping[str, np.ndarray]) -> Path:
-    """Write a table as `csv_text` has it.
-
-    Raises
-    ------
-    InvalidInput
-        If the path cannot be written, or a value of the head is not plain.
-    """
-    content = csv_text(head, columns).encode()
-    return atomic_write(path, lambda file: file.write(content))
-
-
 def save_arrays(path: str | Path, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Path:
     """Write arrays, and all else as the JSON text "metadata", to a compressed NPZ; see `unpack`.
 

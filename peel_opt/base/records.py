@@ -219,7 +219,7 @@ class Stored(ABC):
 
 def entries(head: Mapping[str, Any], kind: type | UnionType, *names: str) -> dict[str, Any]:
     """Return entries of a head that must all be texts, numbers or tables."""
-    words = {str: "text", dict: "table"}
+    words: dict[Any, str] = {str: "text", dict: "table"}
     for name in names:
         if not isinstance(head[name], kind):
             raise ValueError(f"{name} is no {words.get(kind, 'number')}")

@@ -12,7 +12,7 @@ import numpy as np
 from ...base.arrays import Columns
 from ...base.drawing import draw
 from ...base.errors import InvalidInput
-from ...base.files import write_csv
+from ...base.records import Column, Table, write_table
 from ...base.units import display
 from .inputs import Spread
 
@@ -254,9 +254,9 @@ class Uncertainty:
 
     def to_csv(self, path: str | Path) -> Path:
         """Write one line a sample: the inputs and the numbers, in SI units or those of the rod."""
-        columns = {f"{name} [{self.inputs[name].unit}]": values for name, values in self.samples.items()}
-        columns |= {f"{found.name} [{found.unit}]": found.values for found in self.quantities.values()}
-        return write_csv(path, (), columns)
+        columns = {name: Column(values, self.inputs[name].unit) for name, values in self.samples.items()}
+        columns |= {found.name: Column(found.values, found.unit) for found in self.quantities.values()}
+        return write_table(Table((), columns), path)
 
     def plot(self, ax: Axes | None = None, *, of: str | None = None) -> Axes:
         """Draw the samples of one number, and the normal distribution of the linear estimate."""
