@@ -254,7 +254,8 @@ class Equilibrium(Stored):
 
     @classmethod
     def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
-        return cls(**equilibrium_parts(head, arrays), stats=Stats(**stats_from(head)))
+        stats = Stats(**stats_from(head, (f.name for f in fields(Stats))))
+        return cls(**equilibrium_parts(head, arrays), stats=stats)
 
     @classmethod
     def _read(cls, data: bytes) -> Self:

@@ -8,13 +8,13 @@ everybody else, and is refused where it contradicts itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.records import Column, Table, array, entries
+from ..base.records import Column, Table, array, entries, titled
 from ..model.rod import Units, rod_from
 from ..residual.shape import Shape
 
@@ -111,10 +111,10 @@ def _stats(eq: Equilibrium) -> dict[str, Any]:
     }
 
 
-def stats_from(head: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the numbers of how an answer was computed, by their names."""
+def stats_from(head: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """Return the numbers of how an answer was computed, by these names."""
     named = {key.split(" [")[0]: value for key, value in head.items()}
-    return {key.removeprefix("stats."): value for key, value in named.items() if key.startswith("stats.")}
+    return {name: named[f"stats.{name}"] for name in names}
 
 
 def shape_arrays(shape: Shape) -> dict[str, np.ndarray]:
@@ -124,7 +124,7 @@ def shape_arrays(shape: Shape) -> dict[str, np.ndarray]:
 
 def scaled_arrays(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the arrays of the shape from the columns of a CSV."""
-    titles = {key: f"{name} [{unit}]" if unit else name for key, (name, unit) in _SCALED.items()}
+    titles = {key: titled(*named) for key, named in _SCALED.items()}
     for title in titles.values():
         if title not in columns:
             raise ValueError(f"it has no column {title!r}")
