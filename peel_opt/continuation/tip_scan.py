@@ -135,26 +135,6 @@ def starts_at_length(
     return _profiles(shooting, angle[inside], P[inside], np.full_like(P[inside], sigma))
 
 
-def starts_at_pressure(
-    shooting: TipShooting, P: float, longest: float, scan: Scan | None = None
-) -> list[Profile]:
-    """Starts for all states at a pressure, with sbar/eta up to ``longest``."""
-    scan = scan or Scan()
-    growth = _growth(shooting.ratio, longest, scan)
-    angles, steps = _axis(4 * scan.angles * growth), 4 * scan.steps * growth
-    full = np.full_like(angles, P)
-    states = np.stack(list(shooting.states(angles, full, np.full_like(angles, longest), steps)))
-    cells = _both_vanish(states[:, 0], states[:, 4])
-    lengths = np.linspace(0.0, longest, steps + 1)
-
-    def misses(x: np.ndarray) -> np.ndarray:
-        return shooting.misses(x[0], np.full_like(x[0], P), x[1], steps)
-
-    angle, sigma = _refined(misses, _middles(angles, cells[:, 1]), _middles(lengths, cells[:, 0]))
-    inside = (sigma > 0.0) & (sigma <= longest)
-    return _profiles(shooting, angle[inside], np.full_like(angle[inside], P), sigma[inside])
-
-
 def _axis(count: int) -> np.ndarray:
     """Tip angles; an even count keeps the straight rod off the grid."""
     return np.linspace(-STEEPEST, STEEPEST, count + count % 2)

@@ -10,21 +10,27 @@ from .result import Equilibrium
 
 @dataclass(frozen=True)
 class Searched:
-    """Where states off the primary branch were looked for; there the search is as fine as its grid.
+    """Where states off the primary branch were looked for.
 
     Parameters
     ----------
-    tip_angles : tuple of float
-        From and to [rad].
     pressure_ratios : tuple of float
         p/T0 from and to; the given one twice.
     length_ratios : tuple of float
-        sbar/eta from and to; the given one twice.
+        sbar/eta from and to; the given one twice.  Given the pressure, all states between them are
+        found that have such a reaction and no part lower than 4 y0 (4 y_tip, if that is lower) under
+        the plate.  States that are longer may be listed too.
+    edge_reactions : tuple of float, optional
+        Given the pressure: reactions of the plate at the detachment point, over T0 eta, from and to.
+        No rod above the plate with such a length has another.
+    tip_angles : tuple of float, optional
+        Given the length: from and to [rad].  There the search is as fine as its grid.
     """
 
-    tip_angles: tuple[float, float]
     pressure_ratios: tuple[float, float]
     length_ratios: tuple[float, float]
+    edge_reactions: tuple[float, float] | None = None
+    tip_angles: tuple[float, float] | None = None
 
 
 class States(list[Equilibrium]):
@@ -34,8 +40,8 @@ class States(list[Equilibrium]):
     ----------
     states : iterable of Equilibrium
     searched : Searched or None
-        Bounds of the search off the primary branch; None where only the branch was followed,
-        under laws other than the linear one and law (8).
+        Bounds of the search off the primary branch; None where only the branch was followed: at a
+        length under laws other than the linear one and law (8).
     """
 
     def __init__(self, states: Iterable[Equilibrium] = (), searched: Searched | None = None) -> None:

@@ -1,0 +1,226 @@
+"""The search for every state of a rod at one pressure or length, on its primary branch and off it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from ..base.errors import NotConverged
+from ..continuation.edge_scan import scan
+from ..continuation.edge_shooting import EdgeShooting
+from ..continuation.family import Family
+from ..continuation.points import Point
+from ..continuation.primary import Candidate, PrimaryBranch, crossings, primary_branch
+from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.law_arrays import tip_heights
+from ..residual.closures import Closure
+from ..residual.discretisation import Profile
+from ..residual.transcriptions import Spectral
+from .states import Searched
+
+#: Mesh on which starts are corrected and walked from, and the one for starts that it is too coarse for.
+SEARCH, FINER = Spectral(nodes=24), Spectral(nodes=24, elements=3)
+
+#: Range of p/T0 that is searched, for questions at a given length.
+PRESSURES = (-2.0, 5.0)
+
+#: The least p/T0 searched under law (8), whose tip then is 250 y0 high.
+LOWEST = 0.002
+
+#: Share of the longest state of the primary branch up to which lengths are searched at a given pressure.
+BEYOND = 1.2
+
+#: Above this gamma = beta1^(1/4) shapes part so fast that a grid misses some, and the states
+#: found are followed through other rods at the same length for more.
+EASY_GAMMA = 6.0
+
+#: Points walked in each direction for that, and states after which it ends.
+DETOUR, MOST_STATES = 30, 40
+
+#: Points of a branch without an end after which it is walked no farther.
+ENDLESS = 200
+
+#: Relative distance in length, and distance in tip angle, of a state from the start that led to it.
+KEPT = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A solution and the name of its family."""
+
+    profile: Profile
+    state: str
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is searched: a law, a rod and the number that is given.
+
+    Parameters
+    ----------
+    law : CohesiveLaw
+    ratio : float
+        eta/y0.
+    given : Closure
+        Of the kind "pressure" or "length".
+    """
+
+    law: CohesiveLaw
+    ratio: float
+    given: Closure
+
+    @property
+    def rod(self) -> Closure:
+        """What is fixed along the rod's branch."""
+        return Closure("ratio", self.ratio)
+
+    @property
+    def gamma(self) -> float:
+        """beta1^(1/4) at a given length: how fast shapes part."""
+        return math.exp(0.25 * math.log(self.ratio)) * self.given.value
+
+    def run(self) -> tuple[list[Found], Searched | None]:
+        """States of the primary branch first, then those off it; and where these were looked for."""
+        found, branches = self._on_primary_branch()
+        if self.given.kind == "pressure":
+            others, searched = self._from_edge(self._longest(branches[0]))
+            return found + others, searched
+        if self.law in (LINEAR, COHESIVE):  # the search from the tip knows these two
+            found += self._from_tip()
+        if self.gamma > EASY_GAMMA:
+            found = self._with_detours(found)
+        return found, self._searched_from_tip()
+
+    def _on_primary_branch(self) -> tuple[list[Found], list[PrimaryBranch]]:
+        found, branches = [], [primary_branch(self.law, self.rod, side) for side in (1, -1)]
+        for branch in branches:
+            branch.extend(partial(self._past, branch))
+            for candidate in branch.candidates(self.given):
+                try:
+                    found.append(Found(candidate.profile, candidate.state))
+                except NotConverged:
+                    continue  # near the end of the branch; the search off it has another chance
+        return found, branches
+
+    def _past(self, branch: PrimaryBranch, last: Point) -> bool:
+        """Whether an endless side of the branch has been walked far enough."""
+        return self._beyond(branch, last) or len(branch.points) > ENDLESS
+
+    def _beyond(self, branch: PrimaryBranch, point: Point) -> bool:
+        s, side, given = point.scalars, branch.side, self.given.value
+        endless = side < 0 or branch.family.law == LINEAR
+        if not endless or point is branch.points[0]:
+            return False
+        if self.given.kind == "length":
+            return s.sigma > given and not PRESSURES[0] < s.pressure_ratio < PRESSURES[1]
+        return s.pressure_ratio > given if side < 0 else s.pressure_ratio < given
+
+    def _longest(self, branch: PrimaryBranch) -> float:
+        """sbar/eta up to which states are looked for at a given pressure.
+
+        What other questions have walked since of a branch without an end does not count.
+        """
+        lengths = []
+        for point in branch.points[:ENDLESS]:
+            lengths.append(point.scalars.sigma)
+            if self._beyond(branch, point):
+                break
+        return BEYOND * max(lengths)
+
+    def _from_edge(self, longest: float) -> tuple[list[Found], Searched]:
+        """States at a given pressure, by a scan of the reaction at the edge for each height of the tip."""
+        P, found, reached, greatest = self.given.value, [], longest, 0.0
+        for tip in (*tip_heights(self.law, P), 0.0):
+            shooting = EdgeShooting(self.law, self.ratio, P, tip, longest)
+            scanned = scan(shooting)
+            solved, lost = self._corrected(scanned.starts)
+            found += [Found(p, _label(p) if tip else "other") for p in solved]
+            reached = min([reached, scanned.reached, *(p.scalars.sigma for p in lost)])
+            greatest = shooting.greatest
+        reactions = (-greatest, greatest)
+        return found, Searched((P, P), (0.0, reached), edge_reactions=reactions)
+
+    def _from_tip(self) -> list[Found]:
+        """States at a given length, by a grid over the tip angle and the pressure."""
+        pressures, found = self._pressures(), []
+        for touching in (False, True):
+            shooting = TipShooting(self.law, self.ratio, touching)
+            starts = starts_at_length(shooting, self.given.value, pressures)
+            found += [Found(p, "other" if touching else _label(p)) for p in self._corrected(starts)[0]]
+        return found
+
+    def _pressures(self) -> tuple[float, float]:
+        return PRESSURES[0] if self.law == LINEAR else LOWEST, PRESSURES[1]
+
+    def _searched_from_tip(self) -> Searched | None:
+        if self.law not in (LINEAR, COHESIVE):
+            return None
+        angles, sigma = (-STEEPEST, STEEPEST), self.given.value
+        return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
+
+    def _corrected(self, starts: Sequence[Profile]) -> tuple[list[Profile], list[Profile]]:
+        """Correct starts; return the solutions, and the starts that led to none near them."""
+        solved, lost = [], []
+        for start in starts:
+            for mesh in (SEARCH, FINER):
+                result = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
+                if result is not None:
+                    solved.append(result[0].profile(result[1].x))
+                    if _near(start, solved[-1]):
+                        break
+            else:
+                lost.append(start)
+        return solved, lost
+
+    def _with_detours(self, found: list[Found]) -> list[Found]:
+        """Follow each state through other rods at the same length, for states the grid missed."""
+        isolength = Family(self.law, SEARCH, self.given, tip_free=False)
+        queue, every = list(found), list(found)
+        while queue and len(every) < MOST_STATES:
+            state = queue.pop(0)
+            for candidate in _met_again(isolength, state.profile, self.rod):
+                try:
+                    profile = candidate.profile
+                except NotConverged:
+                    continue
+                if not any(close(profile, other.profile) for other in every):
+                    new = Found(profile, _label(profile))
+                    every.append(new)
+                    queue.append(new)
+        return every
+
+
+def close(a: Profile, b: Profile) -> bool:
+    """Whether two profiles show one state."""
+    gap = abs(a.scalars.alpha - b.scalars.alpha) + abs(a.scalars.A - b.scalars.A)
+    return gap < 1e-5 * (1.0 + abs(a.scalars.alpha))
+
+
+def _near(start: Profile, solved: Profile) -> bool:
+    """Whether a start has led to the state that it shows."""
+    a, b = start.scalars, solved.scalars
+    return abs(a.sigma - b.sigma) < KEPT * a.sigma and abs(a.A - b.A) < KEPT * (1.0 + abs(a.A))
+
+
+def _label(profile: Profile) -> str:
+    return "spurious" if profile.scalars.alpha1 > 0.0 else "other"
+
+
+def _met_again(family: Family, profile: Profile, rod: Closure) -> list[Candidate]:
+    """Places where a walk at fixed length comes back to the rod."""
+    solved = family.solve(profile, rod)
+    if solved is None:
+        return []
+    met: list[Candidate] = []
+    for sign in (1.0, -1.0):
+        forward = sign * np.array([1.0, 0.3, 0.2, 0.1])
+        start = family.point(solved[0], solved[1].x, forward, 0.0, solved[1].iterations)
+        points = list(islice(family.walk(start), DETOUR))
+        met += crossings(family, points[1:], rod, lambda _: "other")
+    return met

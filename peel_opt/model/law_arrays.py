@@ -1,0 +1,80 @@
+"""A cohesive law at many separations at once, and every height its tip may have at a pressure."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from .bond import Affine, CohesiveLaw, Shape
+
+#: Heights, over y0, between which the tip of a free rod is looked for, on either side of the plate.
+LEAST, GREATEST, LOWEST = 1e-12, 2.0**20, -4.0
+
+#: Points per decade of that, and evenly over the kinks.
+PER_DECADE, EVENLY = 12, 200
+
+#: Gauss points in each interval.
+GAUSS = 8
+
+
+def tractions(law: CohesiveLaw, u: np.ndarray) -> np.ndarray:
+    """Return tau(u), the traction over T0, of an array of separations u = y/y0."""
+    return 1.0 - _drops(law, u)
+
+
+def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
+    """Return every u = y_tip/y0 other than zero with P u = Phi(u), in increasing order.
+
+    By the first integrals of (12) the free tip of a rod at p/T0 = P has one of these heights.  Negative ones,
+    of spurious states, belong to P > 1.
+    """
+    if law.is_affine:
+        slope = law.initial_slope
+        return [2.0 * (1.0 - P) / slope] if P != 1.0 and slope else []
+    if P == 1.0:
+        return []
+    u = _grid(law, P)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+    half, middle = 0.5 * np.diff(u), 0.5 * (u[1:] + u[:-1])
+    places = middle[:, None] + half[:, None] * nodes
+    gone = half * (_drops(law, places.ravel()).reshape(places.shape) @ weights)
+    # P - Phi(u)/u, as a mean of drops for the sake of the digits near u = 0.
+    excess = np.cumsum(gone) / u[1:] - (1.0 - P)
+    changes = np.flatnonzero((excess[1:] < 0.0) != (excess[:-1] < 0.0)) + 1
+
+    def miss(height: float) -> float:
+        return law.mean_drop(height) - (1.0 - P)
+
+    found = []
+    for a, b in ((float(u[i]), float(u[i + 1])) for i in changes):
+        if miss(a) * miss(b) < 0.0:
+            found.append(float(brentq(miss, a, b, xtol=1e-300, rtol=1e-14)))
+        else:  # it lies at one of them
+            found.append(min(a, b, key=lambda height: abs(miss(height))))
+    return sorted(found)
+
+
+def _grid(law: CohesiveLaw, P: float) -> np.ndarray:
+    """Heights from zero on, down for P > 1."""
+    last = max(law.kinks, default=2.0)
+    decades = math.ceil(PER_DECADE * math.log10(GREATEST / LEAST))
+    u = np.unique([0.0, *np.geomspace(LEAST, GREATEST, decades), *np.linspace(0.0, 2.0 * last, EVENLY), *law.kinks])
+    return u if P < 1.0 else np.append(-u[u < -LOWEST], LOWEST)
+
+
+def _drops(law: CohesiveLaw, u: np.ndarray) -> np.ndarray:
+    drop = _values(law.pieces[0].drop, u)
+    for piece in law.pieces[1:]:
+        drop = np.where(u > piece.start, _values(piece.drop, u), drop)
+    return drop
+
+
+def _values(drop: Shape, u: np.ndarray) -> np.ndarray:
+    """A function of a law at an array; it takes CasADi's matrices, perhaps no others."""
+    if isinstance(drop, Affine):
+        return np.asarray(drop(u))
+    import casadi as ca
+
+    return np.broadcast_to(np.asarray(drop(ca.DM(u)), dtype=float).ravel(), u.shape)
