@@ -34,6 +34,9 @@ MOST = 8000
 #: The farthest that w and the angle of a crossing may turn between neighbours.
 TURN, SWING = 0.5 * math.pi, 0.6
 
+#: Factor on the fastest turn seen nearby, in the bound of what w may do between neighbours.
+WARY = 2.0
+
 #: The farthest that it may move, as shares of its place and of the length of the layer.
 SHARE, SHIFT = 0.1, 0.3
 
@@ -108,17 +111,32 @@ def _divided(shooting: EdgeShooting, known: Crossings, interval: np.ndarray) -> 
     return known.with_others(shooting.crossings(inner)) if inner.size else known
 
 
-def _parted(shooting: EdgeShooting, known: Crossings) -> np.ndarray:
-    """s of the first crossing that cannot be followed from one rod to the next; infinite if all can."""
-    s, theta, w = known.s, known.theta, known.w
+def _parted(shooting: EdgeShooting, known: Crossings, *, wary: bool = True) -> np.ndarray:
+    """s of the first crossing that cannot be followed from one rod to the next; infinite if all can.
+
+    If ``wary`` also where w could pass the negative axis between them and come back.
+    """
+    s, theta = known.s, known.theta
+    turn = np.abs(np.angle(known.w[1:] * known.w[:-1].conj()))
     far = SHARE * s[1:] + SHIFT / shooting.rate
-    turn = np.abs(np.angle(w[1:] * w[:-1].conj()))
-    lost = (turn > TURN) | (np.abs(np.diff(s, axis=0)) > far) | (np.abs(np.diff(theta, axis=0)) > SWING)
+    lost = (np.abs(np.diff(s, axis=0)) > far) | (np.abs(np.diff(theta, axis=0)) > SWING) | (turn > TURN)
     lost |= np.isnan(s[1:]) != np.isnan(s[:-1])
+    if wary:
+        lost |= _could_return(known, turn)
     first = np.where(lost, np.fmin(s[1:], s[:-1]), np.inf).min(axis=1, initial=np.inf)
     if shooting.tip == 0.0:
         first[known.reactions[:-1] * known.reactions[1:] < 0.0] = np.inf  # nothing lies between
     return np.where(first < shooting.longest, first, np.inf)
+
+
+def _could_return(known: Crossings, turn: np.ndarray) -> np.ndarray:
+    """Whether w, no faster than nearby, has room to pass the negative axis and come back."""
+    width = np.diff(known.reactions)[:, None]
+    rate = np.pad(np.nan_to_num(turn / width), ((1, 1), (0, 0)))
+    fastest = np.maximum(np.maximum(rate[:-2], rate[2:]), rate[1:-1])  # of the intervals on either side too
+    short_of = np.angle(-known.w)
+    there_and_back = np.abs(short_of[1:]) + np.abs(short_of[:-1])
+    return (short_of[1:] * short_of[:-1] > 0.0) & (there_and_back < WARY * fastest * width)
 
 
 def _reached(shooting: EdgeShooting, known: Crossings) -> float:
@@ -133,7 +151,7 @@ def _reached(shooting: EdgeShooting, known: Crossings) -> float:
 def _states(shooting: EdgeShooting, known: Crossings) -> tuple[np.ndarray, np.ndarray]:
     """Intervals, and numbers of the crossings, in which w passes the negative axis."""
     a, b = known.w[:-1], known.w[1:]
-    followed = np.fmax(known.s[:-1], known.s[1:]) < _parted(shooting, known)[:, None]
+    followed = np.fmax(known.s[:-1], known.s[1:]) < _parted(shooting, known, wary=False)[:, None]
     return np.nonzero(followed & ((a.imag < 0.0) != (b.imag < 0.0)) & ((a + b).real < 0.0))
 
 

@@ -47,8 +47,8 @@ def equilibria(
     Given the pressure, p y_tip = Phi(y_tip) gives the height of the tip, and the reaction of the plate
     at the detachment point is all that is left to scan.  The scan is refined until every place where a
     rod has the height of its tip can be followed from reaction to reaction, so that all states are
-    found up to the length in ``searched``: 1.2 times the greatest of the primary branch, or that
-    beyond which doubles do not tell the rods apart.
+    found up to the length in ``searched``: 2.5 times the longest of the primary branch at this pressure, 1.2
+    times the longest at any, or the length beyond which doubles do not tell the rods apart.
 
     Given the length, a grid over tip angle and pressure of rods shot from the free tip is searched, under
     the linear law and law (8).  That finds what is not finer than the grid.
@@ -167,7 +167,7 @@ def _same(a: Equilibrium, b: Equilibrium) -> bool:
 def _solved(ask: _Ask, found: Found, method: Method, tol: float) -> Equilibrium | None:
     """Solve with the method asked for; None where a state off the primary branch is not certified."""
     try:
-        solved = answer(ask.posed, found.profile, method, tol)
+        solved = answer(ask.posed, found.landed, method, tol)
     except (NotConverged, NotCertified):
         return None
     eq = report(ask.posed, found.state, solved, tol)

@@ -14,7 +14,7 @@ from ..base.errors import NotConverged
 from ..continuation.edge_scan import scan
 from ..continuation.edge_shooting import EdgeShooting
 from ..continuation.family import Family
-from ..continuation.points import Point
+from ..continuation.points import Landed, Point
 from ..continuation.primary import Candidate, PrimaryBranch, crossings, primary_branch
 from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
@@ -24,8 +24,11 @@ from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
 from .states import Searched
 
-#: Mesh on which starts are corrected and walked from, and the one for starts that it is too coarse for.
-SEARCH, FINER = Spectral(nodes=24), Spectral(nodes=24, elements=3)
+#: Mesh on which starts of a grid are corrected and walked from.
+SEARCH = Spectral(nodes=24)
+
+#: Meshes on which those of a scan are corrected, until one leads to the state that the start shows.
+FINER = (Spectral(), SEARCH, Spectral(nodes=24, elements=3))
 
 #: Range of p/T0 that is searched, for questions at a given length.
 PRESSURES = (-2.0, 5.0)
@@ -33,8 +36,9 @@ PRESSURES = (-2.0, 5.0)
 #: The least p/T0 searched under law (8), whose tip then is 250 y0 high.
 LOWEST = 0.002
 
-#: Share of the longest state of the primary branch up to which lengths are searched at a given pressure.
-BEYOND = 1.2
+#: Lengths are searched at a given pressure up to so many times the longest of the primary branch there, below
+#: T0, and up to so many times the longest anywhere on it.
+THERE, ANYWHERE = 2.5, 1.2
 
 #: Above this gamma = beta1^(1/4) shapes part so fast that a grid misses some, and the states
 #: found are followed through other rods at the same length for more.
@@ -54,8 +58,13 @@ KEPT = 0.02
 class Found:
     """A solution and the name of its family."""
 
-    profile: Profile
+    landed: Landed
     state: str
+
+    @property
+    def profile(self) -> Profile:
+        """The solution, sampled."""
+        return self.landed.profile
 
 
 @dataclass(frozen=True)
@@ -89,7 +98,7 @@ class Search:
         """States of the primary branch first, then those off it; and where these were looked for."""
         found, branches = self._on_primary_branch()
         if self.given.kind == "pressure":
-            others, searched = self._from_edge(self._longest(branches[0]))
+            others, searched = self._from_edge(self._longest(branches[0], found))
             return found + others, searched
         if self.law in (LINEAR, COHESIVE):  # the search from the tip knows these two
             found += self._from_tip()
@@ -103,7 +112,7 @@ class Search:
             branch.extend(partial(self._past, branch))
             for candidate in branch.candidates(self.given):
                 try:
-                    found.append(Found(candidate.profile, candidate.state))
+                    found.append(Found(candidate.landed, candidate.state))
                 except NotConverged:
                     continue  # near the end of the branch; the search off it has another chance
         return found, branches
@@ -121,7 +130,7 @@ class Search:
             return s.sigma > given and not PRESSURES[0] < s.pressure_ratio < PRESSURES[1]
         return s.pressure_ratio > given if side < 0 else s.pressure_ratio < given
 
-    def _longest(self, branch: PrimaryBranch) -> float:
+    def _longest(self, branch: PrimaryBranch, found: Sequence[Found]) -> float:
         """sbar/eta up to which states are looked for at a given pressure.
 
         What other questions have walked since of a branch without an end does not count.
@@ -131,7 +140,8 @@ class Search:
             lengths.append(point.scalars.sigma)
             if self._beyond(branch, point):
                 break
-        return BEYOND * max(lengths)
+        there = [s.sigma for s in (state.profile.scalars for state in found) if s.alpha1 < 0.0]
+        return min(ANYWHERE * max(lengths), THERE * max(there, default=math.inf))
 
     def _from_edge(self, longest: float) -> tuple[list[Found], Searched]:
         """States at a given pressure, by a scan of the reaction at the edge for each height of the tip."""
@@ -139,9 +149,13 @@ class Search:
         for tip in (*tip_heights(self.law, P), 0.0):
             shooting = EdgeShooting(self.law, self.ratio, P, tip, longest)
             scanned = scan(shooting)
-            solved, lost = self._corrected(scanned.starts)
-            found += [Found(p, _label(p) if tip else "other") for p in solved]
-            reached = min([reached, scanned.reached, *(p.scalars.sigma for p in lost)])
+            reached = min(reached, scanned.reached)
+            for start in scanned.starts:
+                landed = self._landed(start, FINER)
+                if landed is None or not _near(start, landed.profile):
+                    reached = min(reached, start.scalars.sigma)
+                if landed is not None:
+                    found.append(Found(landed, _label(landed) if tip else "other"))
             greatest = shooting.greatest
         reactions = (-greatest, greatest)
         return found, Searched((P, P), (0.0, reached), edge_reactions=reactions)
@@ -152,7 +166,8 @@ class Search:
         for touching in (False, True):
             shooting = TipShooting(self.law, self.ratio, touching)
             starts = starts_at_length(shooting, self.given.value, pressures)
-            found += [Found(p, "other" if touching else _label(p)) for p in self._corrected(starts)[0]]
+            solved = (self._landed(start, (SEARCH,)) for start in starts)
+            found += [Found(s, "other" if touching else _label(s)) for s in solved if s is not None]
         return found
 
     def _pressures(self) -> tuple[float, float]:
@@ -164,19 +179,16 @@ class Search:
         angles, sigma = (-STEEPEST, STEEPEST), self.given.value
         return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
 
-    def _corrected(self, starts: Sequence[Profile]) -> tuple[list[Profile], list[Profile]]:
-        """Correct starts; return the solutions, and the starts that led to none near them."""
-        solved, lost = [], []
-        for start in starts:
-            for mesh in (SEARCH, FINER):
-                result = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
-                if result is not None:
-                    solved.append(result[0].profile(result[1].x))
-                    if _near(start, solved[-1]):
-                        break
-            else:
-                lost.append(start)
-        return solved, lost
+    def _landed(self, start: Profile, meshes: Sequence[Spectral]) -> Landed | None:
+        """Correct a start on the first of some meshes that leads to the state it shows, or else to another."""
+        landed = None
+        for mesh in meshes:
+            solved = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
+            if solved is not None:
+                landed = Landed(*solved, (self.rod, self.given))
+                if _near(start, landed.profile):
+                    break
+        return landed
 
     def _with_detours(self, found: list[Found]) -> list[Found]:
         """Follow each state through other rods at the same length, for states the grid missed."""
@@ -186,11 +198,11 @@ class Search:
             state = queue.pop(0)
             for candidate in _met_again(isolength, state.profile, self.rod):
                 try:
-                    profile = candidate.profile
+                    landed = candidate.landed
                 except NotConverged:
                     continue
-                if not any(close(profile, other.profile) for other in every):
-                    new = Found(profile, _label(profile))
+                if not any(close(landed.profile, other.profile) for other in every):
+                    new = Found(landed, _label(landed))
                     every.append(new)
                     queue.append(new)
         return every
@@ -208,8 +220,8 @@ def _near(start: Profile, solved: Profile) -> bool:
     return abs(a.sigma - b.sigma) < KEPT * a.sigma and abs(a.A - b.A) < KEPT * (1.0 + abs(a.A))
 
 
-def _label(profile: Profile) -> str:
-    return "spurious" if profile.scalars.alpha1 > 0.0 else "other"
+def _label(landed: Landed) -> str:
+    return "spurious" if landed.profile.scalars.alpha1 > 0.0 else "other"
 
 
 def _met_again(family: Family, profile: Profile, rod: Closure) -> list[Candidate]:

@@ -60,7 +60,9 @@ def _grid(law: CohesiveLaw, P: float) -> np.ndarray:
     """Heights from zero on, down for P > 1."""
     last = max(law.kinks, default=2.0)
     decades = math.ceil(PER_DECADE * math.log10(GREATEST / LEAST))
-    u = np.unique([0.0, *np.geomspace(LEAST, GREATEST, decades), *np.linspace(0.0, 2.0 * last, EVENLY), *law.kinks])
+    u = np.unique(
+        [0.0, *np.geomspace(LEAST, GREATEST, decades), *np.linspace(0.0, 2.0 * last, EVENLY), *law.kinks]
+    )
     return u if P < 1.0 else np.append(-u[u < -LOWEST], LOWEST)
 
 
