@@ -152,7 +152,8 @@ def _states(shooting: EdgeShooting, known: Crossings) -> tuple[np.ndarray, np.nd
     """Intervals, and numbers of the crossings, in which w passes the negative axis."""
     a, b = known.w[:-1], known.w[1:]
     followed = np.fmax(known.s[:-1], known.s[1:]) < _parted(shooting, known, wary=False)[:, None]
-    return np.nonzero(followed & ((a.imag < 0.0) != (b.imag < 0.0)) & ((a + b).real < 0.0))
+    interval, number = np.nonzero(followed & ((a.imag < 0.0) != (b.imag < 0.0)) & ((a + b).real < 0.0))
+    return interval, number
 
 
 def _profiles(shooting: EdgeShooting, reactions: np.ndarray, lengths: np.ndarray) -> list[Profile]:

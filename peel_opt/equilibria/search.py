@@ -180,7 +180,7 @@ class Search:
         return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
 
     def _landed(self, start: Profile, meshes: Sequence[Spectral]) -> Landed | None:
-        """Correct a start on the first of some meshes that leads to the state it shows, or else to another."""
+        """Correct a start on the first of some meshes that leads to the state it shows, or any state."""
         landed = None
         for mesh in meshes:
             solved = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
