@@ -8,7 +8,7 @@ R = -N_y at the edge.  Units are eta and T0; s is measured from the edge.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -16,7 +16,7 @@ from itertools import islice
 import numpy as np
 
 from ..model.bond import Affine, CohesiveLaw
-from ..model.law_arrays import tractions
+from ..model.law_arrays import traction_of
 
 #: Runge-Kutta steps, as shares of the length on which the shape varies, and the most of them.
 FINENESS, MOST_STEPS = 0.25, 4000
@@ -70,12 +70,12 @@ class EdgeShooting:
     @cached_property
     def greatest(self) -> float:
         """Bound of the reaction of a rod above the plate, the integral of tau - P cos(theta)."""
-        return (float(tractions(self.law, self._heights).max()) + abs(self.P)) * self.longest
+        return (float(self._tractions.max()) + abs(self.P)) * self.longest
 
     @cached_property
     def rate(self) -> float:
         """Rate at which shapes vary in the adhesive layer, times eta."""
-        slopes = np.diff(tractions(self.law, self._heights)) / np.diff(self._heights)
+        slopes = np.diff(self._tractions) / np.diff(self._heights)
         return float(max(self.ratio * np.abs(slopes).max(), 1e-3) ** 0.25)
 
     @cached_property
@@ -89,7 +89,11 @@ class EdgeShooting:
     def _heights(self) -> np.ndarray:
         return np.linspace(0.0, 2.0 * max(self.law.kinks, default=2.0), 101)
 
-    def slopes(self, z: np.ndarray) -> np.ndarray:
+    @cached_property
+    def _tractions(self) -> np.ndarray:
+        return traction_of(self.law, 101)(self._heights)
+
+    def slopes(self, z: np.ndarray, tau: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """(12) for (s, theta, theta', N_y, y), shape (5, n), in the pace at which the shape varies."""
         s, theta, turn, ny, y = z
         sine, cosine = np.sin(theta), np.cos(theta)
@@ -99,24 +103,24 @@ class EdgeShooting:
         pace += 1.0 / (s + FIRST / self.rate)
         slopes = np.empty_like(z)
         slopes[0], slopes[1], slopes[2] = 1.0, -turn, nx * sine - ny * cosine
-        slopes[3], slopes[4] = tractions(self.law, self.ratio * y) - self.P * cosine, -sine
+        slopes[3], slopes[4] = tau(self.ratio * y) - self.P * cosine, -sine
         going = (s < MARGIN * self.longest) & (y > self.deepest)
         return slopes * (FINENESS * going / pace)
 
     def rods(self, reactions: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield (s, theta, theta', N_y, y) of rods, shape (5, n), and their slopes, step by step."""
-        z = np.zeros((5, len(reactions)))
+        z, tau = np.zeros((5, len(reactions))), traction_of(self.law, len(reactions))
         z[3] = -reactions
-        k1 = self.slopes(z)
+        k1 = self.slopes(z, tau)
         yield z, k1
         for _ in range(MOST_STEPS):
             if not k1[0].any():
                 break
-            k2 = self.slopes(z + 0.5 * k1)
-            k3 = self.slopes(z + 0.5 * k2)
-            k4 = self.slopes(z + k3)
+            k2 = self.slopes(z + 0.5 * k1, tau)
+            k3 = self.slopes(z + 0.5 * k2, tau)
+            k4 = self.slopes(z + k3, tau)
             z = z + (k1 + 2.0 * (k2 + k3) + k4) / 6.0
-            k1 = self.slopes(z)
+            k1 = self.slopes(z, tau)
             yield z, k1
 
     def crossings(self, reactions: np.ndarray) -> Crossings:

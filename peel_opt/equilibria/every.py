@@ -49,9 +49,10 @@ def equilibria(
     rod has the height of its tip can be followed from reaction to reaction, so that all states are
     found up to the length in ``searched``: 2.5 times the longest of the primary branch at this pressure, 1.2
     times the longest at any, or the length beyond which doubles do not tell the rods apart.
+    It takes about a second, and half a second more for each long state: many of a rod with eta >> y0.
 
     Given the length, a grid over tip angle and pressure of rods shot from the free tip is searched, under
-    the linear law and law (8).  That finds what is not finer than the grid.
+    the linear law and law (8).  That finds what is not finer than the grid, in up to some seconds.
 
     Parameters
     ----------

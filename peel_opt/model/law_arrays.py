@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import brentq
 
-from .bond import Affine, CohesiveLaw, Shape
+from .bond import Affine, CohesiveLaw
 
 #: Heights, over y0, between which the tip of a free rod is looked for, on either side of the plate.
 LEAST, GREATEST, LOWEST = 1e-12, 2.0**20, -4.0
@@ -19,9 +20,10 @@ PER_DECADE, EVENLY = 12, 200
 GAUSS = 8
 
 
-def tractions(law: CohesiveLaw, u: np.ndarray) -> np.ndarray:
-    """Return tau(u), the traction over T0, of an array of separations u = y/y0."""
-    return 1.0 - _drops(law, u)
+def traction_of(law: CohesiveLaw, count: int) -> Callable[[np.ndarray], np.ndarray]:
+    """Return tau(u), the traction over T0, as a function of ``count`` separations u = y/y0 at once."""
+    drops = _drops_of(law, count)
+    return lambda u: 1.0 - drops(u)
 
 
 def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
@@ -39,7 +41,7 @@ def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
     half, middle = 0.5 * np.diff(u), 0.5 * (u[1:] + u[:-1])
     places = middle[:, None] + half[:, None] * nodes
-    gone = half * (_drops(law, places.ravel()).reshape(places.shape) @ weights)
+    gone = half * (_drops_of(law, places.size)(places.ravel()).reshape(places.shape) @ weights)
     # P - Phi(u)/u, as a mean of drops for the sake of the digits near u = 0.
     excess = np.cumsum(gone) / u[1:] - (1.0 - P)
     changes = np.flatnonzero((excess[1:] < 0.0) != (excess[:-1] < 0.0)) + 1
@@ -66,17 +68,32 @@ def _grid(law: CohesiveLaw, P: float) -> np.ndarray:
     return u if P < 1.0 else np.append(-u[u < -LOWEST], LOWEST)
 
 
-def _drops(law: CohesiveLaw, u: np.ndarray) -> np.ndarray:
-    drop = _values(law.pieces[0].drop, u)
-    for piece in law.pieces[1:]:
-        drop = np.where(u > piece.start, _values(piece.drop, u), drop)
-    return drop
-
-
-def _values(drop: Shape, u: np.ndarray) -> np.ndarray:
-    """A function of a law at an array; it takes CasADi's matrices, perhaps no others."""
-    if isinstance(drop, Affine):
-        return np.asarray(drop(u))
+def _drops_of(law: CohesiveLaw, count: int) -> Callable[[np.ndarray], np.ndarray]:
+    """1 - tau of ``count`` separations, of each the value of the piece that holds it."""
+    affine = [piece.drop for piece in law.pieces if isinstance(piece.drop, Affine)]
+    if len(affine) == len(law.pieces):
+        return lambda u: _chosen(law, u, [drop(u) for drop in affine])
     import casadi as ca
 
-    return np.broadcast_to(np.asarray(drop(ca.DM(u)), dtype=float).ravel(), u.shape)
+    u = ca.SX.sym("u")
+    every = ca.Function("drops", [u], [ca.vertcat(*(piece.drop(u) for piece in law.pieces))]).map(count)
+    # Arguments are handed over in place: converting them takes far longer than the law.
+    given, values = np.empty(count), np.empty((count, len(law.pieces)))
+    buffer, evaluate = every.buffer()
+    buffer.set_arg(0, given.data)
+    buffer.set_res(0, values.data)
+
+    def drops(u: np.ndarray, owners: tuple[object, ...] = (every, buffer)) -> np.ndarray:
+        given[:] = u
+        evaluate()  # which its owners must outlive
+        return _chosen(law, u, list(values.copy().T))
+
+    return drops
+
+
+def _chosen(law: CohesiveLaw, u: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
+    """Of the values of all pieces those of the piece that holds each separation."""
+    chosen = values[0]
+    for kink, others in zip(law.kinks, values[1:], strict=True):
+        chosen = np.where(u > kink, others, chosen)
+    return chosen

@@ -27,7 +27,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "pressure_given_length": lambda: {"rod": ROD, "length": 3.2},
     "length_given_pressure": lambda: {"rod": ROD, "pressure": 0.8},
     "equilibrium": lambda: {"beta0": 4.0, "lam": 1.0},
-    "equilibria": lambda: {"rod": ROD, "pressure": 0.8, "law": po.exponential()},  # no grid to search
+    "equilibria": lambda: {"rod": ROD, "pressure": 0.8, "law": po.exponential()},
     "trace": lambda: {"beta0": 4.0, "lam": (-1.0, 1.0), "points": 8},
     "follow": lambda: {"start": po.equilibrium(beta0=4.0, lam=1.0), "hold": "beta0", "steps": 3},
     "fold_curve": lambda: {"beta0": (1.0, 2.0), "points": 8},
