@@ -97,6 +97,8 @@ def equilibria(
     states, searched = ask.search.run()
     for found in _distinct(states):
         solved = _solved(ask, found, chosen, tol)
+        if solved is None and searched is not None:
+            searched = searched.short_of(found.profile.scalars.sigma)
         if solved is not None and not any(_same(solved, other) for other in results):
             results.append(replace(solved, **ask.as_given))
     ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))

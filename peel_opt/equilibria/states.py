@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .result import Equilibrium
 
@@ -31,6 +31,12 @@ class Searched:
     length_ratios: tuple[float, float]
     edge_reactions: tuple[float, float] | None = None
     tip_angles: tuple[float, float] | None = None
+
+    def short_of(self, sigma: float) -> Searched:
+        """Return what is left to claim of a scan at a pressure if a state of that length is not listed."""
+        if self.edge_reactions is None:
+            return self
+        return replace(self, length_ratios=(self.length_ratios[0], min(self.length_ratios[1], sigma)))
 
 
 class States(list[Equilibrium]):

@@ -154,3 +154,15 @@ def test_a_rod_that_stays_at_the_plate_ends_what_is_known() -> None:
     assert np.diff(held) == pytest.approx(np.diff(held).mean(), abs=5e-3)
     assert held[3] < found.reached < 20.0
     assert min(abs(s.sigma - 9.2349634174) + abs(s.A - 4.2550988487) for s in scalars) < 1e-3
+
+
+def test_a_state_that_is_not_certified_ends_what_is_claimed() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    states = po.equilibria(rod, pressure=0.5)
+    others = [eq.length_ratio for eq in states if eq.state == "other"]
+    assert others
+    assert max(others) < states.searched.length_ratios[1]
+    # At a tolerance that rounding does not allow only the states of the branch are listed.
+    strict = po.equilibria(rod, pressure=0.5, tol=1e-17)
+    assert not [eq for eq in strict if eq.state == "other"]
+    assert strict.searched.length_ratios[1] == pytest.approx(min(others), rel=1e-6)
