@@ -7,6 +7,7 @@ from typing import Any
 
 from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput, NotCertified, NotConverged, OutOfRange
+from ..base.progress import progress
 from ..base.threads import one_thread
 from ..continuation.primary import UNFOLDED
 from ..model.bond import CohesiveLaw
@@ -95,12 +96,15 @@ def equilibria(
     tol = positive("tol", tol)
     results: list[Equilibrium] = []
     states, searched = ask.search.run()
-    for found in _distinct(states):
-        solved = _solved(ask, found, chosen, tol)
-        if solved is None and searched is not None:
-            searched = searched.short_of(found.profile.scalars.sigma)
-        if solved is not None and not any(_same(solved, other) for other in results):
-            results.append(replace(solved, **ask.as_given))
+    different = _distinct(states)
+    with progress("state", len(different)) as step:
+        for found in different:
+            solved = _solved(ask, found, chosen, tol)
+            if solved is None and searched is not None:
+                searched = searched.short_of(found.profile.scalars.sigma)
+            if solved is not None and not any(_same(solved, other) for other in results):
+                results.append(replace(solved, **ask.as_given))
+            step()
     ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))
     return States(ordered, searched)
 
@@ -133,7 +137,8 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
     else:
         posed = Posed.at_pressure(rod, named, rod.pressure_ratio(given["pressure"]))
     ((name, number),) = given.items()
-    exact = {name: finite(name, number), f"{name}_ratio": posed.given[1].value}
+    unit = "" if rod.dimensionless else "m" if name == "length" else "Pa"
+    exact = {name: finite(name, number, unit), f"{name}_ratio": posed.given[1].value}
     return _Ask(posed, Search(posed.effective_law, posed.ratio, posed.given[1]), {"given": exact})
 
 

@@ -33,6 +33,7 @@ def test_a_rod_is_made_of_quantities() -> None:
             lambda: po.pressure_given_length(ROD, 1.9e-3, near=45e3),
         ),
         (lambda: po.holding_pressure(ROD, 1.9 * U.mm), lambda: po.holding_pressure(ROD, 1.9e-3)),
+        (lambda: po.equilibria(ROD, pressure=60.0 * U.kPa)[0], lambda: po.equilibria(ROD, pressure=60e3)[0]),
     ],
 )
 def test_a_question_is_asked_in_quantities(
