@@ -29,7 +29,9 @@ def fold_and_maxwell(beta0: float) -> Points:
 
 def series_errors() -> np.ndarray:
     """Return abs(error) of lambda at the extra pressure of the fold, by order and beta0."""
-    folds = [po.trace(beta0=b, lam=(-97.0, 0.002 * b * b)).special("LP-lambda")[0] for b in WIDE]
+    mesh = po.Spectral(nodes=24)  # the series has more digits than a branch needs by default
+    traces = [po.trace(beta0=b, lam=(-97.0, 0.002 * b * b), transcription=mesh) for b in WIDE]
+    folds = [branch.special("LP-lambda")[0] for branch in traces]
     return np.array(
         [[abs(float(uniform_series(n).curve(f.alpha1, f.beta0)) - f.lam) for f in folds] for n in ORDERS]
     )

@@ -254,8 +254,9 @@ class EffectivePotential:
         if self.noise is None:
             return area, math.nan
         apart = self._apart(lambda other: other._area(lost, peeled), area)
-        # by parts: alpha1 at both ends and the width between, times the error of lambda
-        noise = max(self._noise(lost), self._noise(peeled))
+        # By parts: alpha1 at both ends and the width between, times the error of lambda, which a
+        # spline between the points may double.
+        noise = 2.0 * max(self._noise(lost), self._noise(peeled))
         return area, float(apart) + 2.0 * (abs(lost) + abs(peeled)) * noise
 
     def _area(self, lost: float, peeled: float) -> float:

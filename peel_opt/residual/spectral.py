@@ -19,6 +19,9 @@ from ..base.errors import OutOfRange
 from .discretisation import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
+#: Nodes from which on a refinement gains what it promises; fewer do not resolve the shape yet.
+RESOLVED = 8
+
 
 @lru_cache(maxsize=64)
 def gauss(nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -72,8 +75,8 @@ class Spectral(Transcription):
 
     @property
     def sure_gain(self) -> float:
-        """Half as many nodes again: ten is less than what is seen on any smooth phase."""
-        return 10.0
+        """Half as many nodes again: ten is less than what is seen on any smooth phase that is resolved."""
+        return 10.0 if self.nodes >= RESOLVED else 3.0
 
     def discretise(self, phases: Phases) -> SpectralDiscretisation:
         """Return the compiled problem for these phases."""

@@ -259,7 +259,7 @@ def test_command_asks_all_questions_of_a_card(capsys, tmp_path) -> None:
     tables = json.loads(out)["tables"]
     assert [table["answered"] for table in tables] == ["length_ratio", "pressure_ratio"]
     assert tables[0]["rows"][1]["method"] == "spectral"
-    assert tables[0]["rows"][1]["evaluations"] >= 3
+    assert tables[0]["rows"][1]["evaluations"] >= 2  # on the mesh it landed on, and on a finer one
     assert {path.name for path in tmp_path.glob("*.npz")} == {"tradeoff-1-card.npz", "tradeoff-3-card.npz"}
     assert not list(tmp_path.glob("*.png"))
 
