@@ -43,7 +43,7 @@ def test_equal_area_pressure_is_not_the_paper_s_maxwell_pressure(rod_1: po.Branc
     assert abs(found - (1 - 2 * 0.696 / 3)) > 0.3  # (40): about 0.54
 
 
-@pytest.mark.parametrize("ratio", [0.1, 1.0, 20.0])
+@pytest.mark.parametrize("ratio", [0.1, *(pytest.param(r, marks=pytest.mark.slow) for r in (1.0, 20.0))])
 def test_the_equal_area_pressure_is_known_to_its_error(ratio: float) -> None:
     coarse, fine = (energies(po.trace(po.Rod.from_ratio(ratio), points=n)) for n in (20, 300))
     gap = abs(coarse.equal_area_pressure() - fine.equal_area_pressure())

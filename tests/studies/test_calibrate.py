@@ -393,6 +393,7 @@ def test_near_the_transition_only_the_critical_length_is_seen() -> None:
     assert critical == pytest.approx(rod.critical_length, rel=0.02)
 
 
+@pytest.mark.slow
 def test_points_at_one_place_determine_one_number_only() -> None:
     data = noisy(TRUTH, np.full(5, 0.43), seed=2)
     fit = po.calibrate(data, free=(T0, Y0), rod=start((T0, Y0)))
