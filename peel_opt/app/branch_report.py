@@ -8,20 +8,9 @@ from typing import Any
 
 from ..base.units import display
 from ..equilibria.branch import Branch
+from ..model.labels import special_kind
 from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, slug, write_result
-
-#: What the kinds of special points are, for people.
-KINDS = {
-    "BP": "branch point of the straight rod",
-    "LP-lambda": "fold in lambda",
-    "LP-length": "fold in length",
-    "LP-pressure": "fold in pressure",
-    "LP-ratio": "fold in eta/y0",
-    "y=y0": "rod reaches or leaves y = y0",
-    "contact": "tip touches the plate",
-    "self-contact": "rod meets itself",
-}
 
 _DIGITS = 10
 
@@ -33,7 +22,7 @@ def special_table(branch: Branch) -> str:
     lines = [f"branch of {len(branch)} points, {branch.law} law, {held}", ""]
     rows = [["kind", "what", *_titles(branch), "status"]]
     for point in branch.special_points:
-        cells = [point.kind, KINDS.get(point.kind, "-")]
+        cells = [point.kind, special_kind(point.kind).words]
         if rod is not None and not rod.dimensionless:
             cells.append(display(rod.pressure(point.pressure_ratio), "Pa", 8))
             cells.append(display(rod.length(point.length_ratio), "m", 8))

@@ -30,14 +30,16 @@ A card with a table ``[calibration]`` is one of these; ``peel-opt run`` does wha
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from ..base.errors import CardError, InvalidInput
+from ..model.labels import OBSERVABLE, known_state
 from ..model.rod import MATERIAL, Rod
-from ..studies.calibrate.data import STATES, MeasuredShape, Measurements
+from ..studies.calibrate.data import MeasuredShape, Measurements
 from ..studies.calibrate.fit import calibrate
 from ..studies.calibrate.profile import require_level
 from ..studies.calibrate.read import read_measurements, read_shape
@@ -64,12 +66,6 @@ def _file(value: object) -> object:
     return value
 
 
-def _state(value: object) -> object:
-    if value not in STATES:
-        raise InvalidInput(f"state must be one of {', '.join(STATES)}, got {value!r}.")
-    return value
-
-
 def _free(value: object) -> object:
     if not isinstance(value, list) or not value or any(name not in MATERIAL for name in value):
         raise InvalidInput(f"free must list some of {', '.join(MATERIAL)}, got {value!r}.")
@@ -77,7 +73,7 @@ def _free(value: object) -> object:
 
 
 File = Annotated[str, BeforeValidator(_file)]
-State = Annotated[str, BeforeValidator(_state)]
+State = Annotated[str, BeforeValidator(partial(known_state, among=OBSERVABLE))]
 
 
 class FitTable(Table):

@@ -12,8 +12,8 @@ from ..base.errors import InvalidInput, PeelOptError
 from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse, unit_in
 from ..equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
-from ..equilibria.posed import known_state
 from ..equilibria.result import Equilibrium
+from ..model.labels import known_state
 from ..model.rod import Rod
 
 

@@ -42,9 +42,6 @@ BELOW = 1e-3
 #: Largest kink of a law, or ranges without one, up to which its traction is looked at.
 WIDEST = 4.0
 
-#: The states between T and the minimum pressure.
-UNFOLDED = ("middle", "lower")
-
 
 @dataclass(frozen=True, eq=False)
 class Candidate:

@@ -9,11 +9,12 @@ from functools import partial
 from ..base.checks import finite, known_beta0
 from ..base.errors import InvalidInput, PeelOptError
 from ..model.bond import CohesiveLaw
+from ..model.labels import known_state
 from ..model.rod import RATIOS, Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription
 from .methods import Method, as_method
-from .posed import Posed, known_lambda, known_law, known_state
+from .posed import Posed, known_lambda, known_law
 from .question import Question, solve
 from .result import Equilibrium
 

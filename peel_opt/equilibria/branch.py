@@ -17,10 +17,11 @@ from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table
 from ..base.threads import one_thread
 from ..model.equations import PI4
+from ..model.labels import SPECIAL_KINDS
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
 from .branch_files import branch_arrays, branch_head, branch_parts, branch_table
-from .branch_parts import COLUMNS, SPECIAL_KINDS, Solutions, SpecialPoint, Trivial
+from .branch_parts import COLUMNS, Solutions, SpecialPoint, Trivial
 from .branch_points import discretised, equilibrium_at, under_law
 
 if TYPE_CHECKING:

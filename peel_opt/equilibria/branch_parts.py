@@ -14,18 +14,6 @@ from ..residual.discretisation import Transcription
 #: Columns of a branch: what is stored, in CSV and NPZ as well.
 COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
 
-#: Kinds of special points.
-SPECIAL_KINDS = (
-    "BP",
-    "LP-lambda",
-    "LP-length",
-    "LP-pressure",
-    "LP-ratio",
-    "y=y0",
-    "contact",
-    "self-contact",
-)
-
 #: How pieces of a law are counted in texts: from "0" on, through ASCII.
 FIRST = ord("0")
 

@@ -9,14 +9,14 @@ from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from ..base.progress import progress
 from ..base.threads import one_thread
-from ..continuation.primary import UNFOLDED
 from ..model.bond import CohesiveLaw
+from ..model.labels import DISQUALIFYING, UNFOLDED
 from ..model.rod import RATIOS, Rod, require_ratio, require_rod
 from ..residual.discretisation import Transcription
 from .certify import report
 from .methods import Method, answer, as_method
 from .posed import Posed, known_lambda, known_law
-from .result import DISQUALIFYING, Equilibrium
+from .result import Equilibrium
 from .search import Found, Search, close
 from .states import States
 

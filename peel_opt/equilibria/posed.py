@@ -13,9 +13,6 @@ from ..model.equations import PI4, Scalars
 from ..model.rod import Rod
 from ..residual.closures import Closure
 
-#: Labels a caller may ask for; "unfolded" means middle or lower.
-STATES = ("middle", "lower", "folded", "unfolded", "spurious")
-
 #: The answered number as a function of the scalars.
 ANSWERS: dict[str, Callable[[Scalars], float]] = {
     "pressure_ratio": lambda s: s.pressure_ratio,
@@ -92,13 +89,6 @@ def known_law(law: str | CohesiveLaw) -> CohesiveLaw | None:
             remedy=f"Choose one of {', '.join(map(str, named))} or pass a CohesiveLaw.",
         )
     return named[law]
-
-
-def known_state(state: str | None) -> str | None:
-    """Return the label a caller asked for."""
-    if state is not None and (not isinstance(state, str) or state not in STATES):
-        raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
-    return state
 
 
 def known_lambda(lam: float | None, beta1: float | None) -> float:

@@ -17,8 +17,9 @@ from ..base.threads import one_thread
 from ..continuation.ends import beside_folds, sharpened
 from ..continuation.isobars import states_near
 from ..continuation.points import Point
-from ..continuation.primary import UNFOLDED, Candidate, PrimaryBranch, primary_branch, softens
+from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, softens
 from ..model.bond import COHESIVE, LINEAR
+from ..model.labels import UNFOLDED, fits
 from ..model.rod import RATIOS, require_ratio
 from ..residual.closures import Closure, rows
 from .certify import report
@@ -76,7 +77,7 @@ class Question:
         """Whether a state with this label is meant."""
         if self.state is None:
             return self.near is not None or label in UNFOLDED
-        return label == self.state or (self.state == "unfolded" and label in UNFOLDED)
+        return fits(label, self.state)
 
 
 @one_thread

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.drawing import draw
 from ..base.records import Schema, Stored, Table, read_csv
+from ..model.labels import DISQUALIFYING
 from ..model.rod import Rod
 from ..residual.shape import Shape, Solution
 from .storage import (
@@ -26,9 +27,6 @@ from .storage import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-#: Flags that make a state unphysical under the law it was computed with.
-DISQUALIFYING = ("y > y0", "p < 0", "y < 0", "alpha1 > 0", "tip on plate", "self-contact")
 
 
 @dataclass(frozen=True)

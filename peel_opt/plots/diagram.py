@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,11 +13,12 @@ from matplotlib.figure import Figure
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
+from ..model.labels import special_kind
 from . import style
 from .axes import axes_or
 from .dispatch import draw
 from .frame import add_legend
-from .words import AxisUnit, length_unit, pressure_unit
+from .words import AxisUnit, length_unit, pressure_unit, typeset
 
 #: What can be drawn, and how it is written on an axis.  Those in `_LENGTHS` and `_PRESSURES`
 #: have the rod's units.
@@ -44,26 +44,16 @@ LABELS = {
 _LENGTHS, _PRESSURES = ("length", "tip_height"), ("pressure",)
 
 
-@dataclass(frozen=True)
-class Mark:
-    """How a kind of special point is drawn and named."""
-
-    letter: str
-    meaning: str
-    marker: str
-    colour: str
-
-
-#: In the paper T is the transition and F the fold.
-MARKS = {
-    "BP": Mark("T", "branch point of the straight rod", "o", style.ROD),
-    "LP-lambda": Mark("F", r"fold in $\lambda$", "s", style.PRESSURE),
-    "LP-length": Mark("F", "fold in length", "s", style.PRESSURE),
-    "LP-pressure": Mark("P", "fold in pressure", "D", style.WARNING),
-    "y=y0": Mark("Y", "rod reaches or leaves $y = y_0$", "^", style.RANGE),
-    "contact": Mark("C", "tip touches the plate", "X", style.ROD),
+#: Marker and colour of special points by their kind, and those of all others.
+MARKERS = {
+    "BP": ("o", style.ROD),
+    "LP-lambda": ("s", style.PRESSURE),
+    "LP-length": ("s", style.PRESSURE),
+    "LP-pressure": ("D", style.WARNING),
+    "y=y0": ("^", style.RANGE),
+    "contact": ("X", style.ROD),
 }
-_OTHER = Mark("S", "special point", "v", style.ROD)
+_OTHER = ("v", style.ROD)
 
 BRANCH, SPURIOUS, STRAIGHT = style.ADHESION, "#ADADAD", "#6E6E6E"
 DASHES = (0, (4.0, 1.8))
@@ -149,7 +139,7 @@ def plot_branch(
 
 
 def _letters(points: list[SpecialPoint]) -> list[str]:
-    letters = [MARKS.get(point.kind, _OTHER).letter for point in points]
+    letters = [special_kind(point.kind).letter for point in points]
     total, seen = Counter(letters), Counter[str]()
     named = []
     for letter in letters:
@@ -241,17 +231,16 @@ def _draw_straight(ax: Axes, branch: Branch) -> None:
     for point in branch.trivial.special_points:
         # T itself is marked with the branch.
         if all(abs(point.lam - lam) > 1e-6 * (1.0 + abs(lam)) for lam in on_branch):
-            _draw_mark(ax, MARKS["BP"], point.lam, 0.0)
+            _draw_mark(ax, "BP", point.lam, 0.0)
 
 
 def _mark_points(ax: Axes, branch: Branch, across: np.ndarray, up: np.ndarray) -> None:
     points = sorted(branch.special_points, key=lambda p: p.index)
     for point, letter in zip(points, _letters(points), strict=True):
-        mark = MARKS.get(point.kind, _OTHER)
         i = point.index
         if not np.isfinite([across[i], up[i]]).all():
             continue
-        _draw_mark(ax, mark, across[i], up[i])
+        _draw_mark(ax, point.kind, across[i], up[i])
         dx, dy = _outward(across, up, i)
         text = ax.annotate(
             letter,
@@ -261,27 +250,28 @@ def _mark_points(ax: Axes, branch: Branch, across: np.ndarray, up: np.ndarray) -
             ha="center" if abs(dx) < 0.4 else ("left" if dx > 0 else "right"),
             va="center" if abs(dy) < 0.4 else ("bottom" if dy > 0 else "top"),
             fontsize=style.SMALL + 1.0,
-            color=mark.colour,
+            color=MARKERS.get(point.kind, _OTHER)[1],
             zorder=7,
         )
         text.set_gid(f"letter:{point.kind}")
 
 
-def _draw_mark(ax: Axes, mark: Mark, x: float, y: float) -> None:
+def _draw_mark(ax: Axes, kind: str, x: float, y: float) -> None:
+    (letter, words), (marker, colour) = special_kind(kind), MARKERS.get(kind, _OTHER)
     (drawn,) = ax.plot(
         [x],
         [y],
         linestyle="none",
-        marker=mark.marker,
+        marker=marker,
         markersize=6.0,
-        markerfacecolor="white" if mark.marker == "o" else mark.colour,
-        markeredgecolor=mark.colour if mark.marker == "o" else "white",
-        markeredgewidth=1.3 if mark.marker == "o" else 0.6,
-        label=_unique(ax, f"{mark.letter}: {mark.meaning}"),
+        markerfacecolor="white" if marker == "o" else colour,
+        markeredgecolor=colour if marker == "o" else "white",
+        markeredgewidth=1.3 if marker == "o" else 0.6,
+        label=_unique(ax, f"{letter}: {typeset(words)}"),
         zorder=6,
         clip_on=False,
     )
-    drawn.set_gid(f"mark:{mark.letter}")
+    drawn.set_gid(f"mark:{letter}")
 
 
 def _outward(across: np.ndarray, up: np.ndarray, i: int) -> tuple[float, float]:

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..equilibria.result import Equilibrium
+from ..model.labels import DISQUALIFYING, FLAGS
 from ..model.rod import Rod
 
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
-#: What a flag that disqualifies an equilibrium means to somebody who looks at its picture.
-MEANINGS = {
-    "y > y0": "$y > y_0$: outside the linear law's range",
-    "p < 0": "$p < 0$: the pressure pushes towards the plate",
-    "y < 0": "$y < 0$: the rod passes through the plate",
-    "alpha1 > 0": r"$\alpha_1 > 0$: spurious branch",
-    "tip on plate": "the tip is held down to the plate",
-    "self-contact": "the rod crosses itself: contact is not modelled",
-}
+#: Symbols in words, as mathematics.
+SYMBOLS = {"lambda": r"\lambda", "alpha1": r"\alpha_1", "eta": r"\eta", "y0": "y_0"}
+_FORMULA = re.compile(r"\b(?:lambda|eta/y0|(?:alpha1|y|p) [<>=] \w+)")
 
 ANSWERS = {"pressure_ratio": "$p/T_0$", "length_ratio": r"$\bar s/\eta$", "alpha1": r"$\alpha_1$"}
 
@@ -110,4 +106,16 @@ def _power(value: float) -> str:
 
 def warnings_of(flags: Iterable[str]) -> list[str]:
     """Return in words the flags that make a state unphysical."""
-    return [MEANINGS[flag] for flag in flags if flag in MEANINGS]
+    return [typeset(FLAGS[flag]) for flag in flags if flag in DISQUALIFYING]
+
+
+def typeset(words: str) -> str:
+    """Return words with their formulae as mathematics, "fold in lambda" with a Greek letter."""
+
+    def formula(found: re.Match[str]) -> str:
+        text = found.group()
+        for name, symbol in SYMBOLS.items():
+            text = text.replace(name, symbol)
+        return f"${text}$"
+
+    return _FORMULA.sub(formula, words)

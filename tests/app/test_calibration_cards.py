@@ -79,7 +79,7 @@ def test_the_wrong_command_is_one_line(capsys: pytest.CaptureFixture[str]) -> No
         ("[calibration]", "[calibration]\nlevel = 2", "level must lie between 1e-06 and 1"),
         ("[calibration]", "[calibration]\nlevel = 1e-17", "level must lie between 1e-06 and 1"),
         ("[calibration]", "[calibration]\nloss = 'huge'", "loss"),
-        ("[calibration]", "[calibration]\nstate = 'upper'", "state must be one of"),
+        ("[calibration]", "[calibration]\nstate = 'upper'", "unknown state 'upper'"),
         ('"100 kPa"', '"100 mm"', "adhesion_strength cannot be measured in 'mm'"),
     ],
 )

@@ -319,7 +319,7 @@ def test_what_does_not_exist_is_said_with_the_nearest_that_does(picture: Any, st
     [
         (State(lam=1.0), "y > y₀"),
         (State(lam=1.0), "p < 0"),
-        (State(lam=2.0, label="spurious"), "Spurious"),
+        (State(lam=2.0, label="spurious"), "α₁ > 0: spurious"),
         (State(beta0=53.16, lam=15.69), "above 37.55"),
         (PRESSED.changed(label="folded"), "folded back"),
     ],

@@ -16,7 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import peel_opt as po
-from peel_opt.equilibria.result import DISQUALIFYING, Equilibrium
+from peel_opt.equilibria.result import Equilibrium
+from peel_opt.model.labels import DISQUALIFYING
 from peel_opt.plots import picture_file, plot_equilibrium, plot_family, save_figure
 from peel_opt.plots.forces import COUNT, adhesive_force
 from peel_opt.plots.words import length_unit, quantity
@@ -267,7 +268,7 @@ def test_the_caption_says_what_it_is_and_what_to_beware_of() -> None:
         assert words in title
     assert artist(ax, "flags") is None
     assert "overhang" in plot_equilibrium(shape("folded")).get_title(loc="left")
-    assert "outside the linear law's range" in artist(plot_equilibrium(shape("fig10a")), "flags").get_text()
+    assert "outside the range of the law" in artist(plot_equilibrium(shape("fig10a")), "flags").get_text()
     doubtful = replace(shape("tape"), status="not-certified", flags=DISQUALIFYING)
     ax = plot_equilibrium(doubtful)
     assert "not certified" in ax.get_title(loc="left")

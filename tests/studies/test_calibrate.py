@@ -575,7 +575,7 @@ def test_too_few_points() -> None:
         ({"pressure_sd": None}, "standard deviation"),
         ({"pressure": [48e3]}, "1 values for 2 rows"),
         ({"pressure": ["a", "b"]}, "numbers only"),
-        ({"state": ["lower", "upper"]}, "unknown state 'upper' in row 2"),
+        ({"state": ["lower", "upper"]}, "row 2: unknown state 'upper'"),
         ({"state": ["lower"]}, "1 states"),
         ({"length": 1.9e-3}, "list of numbers"),
         ({"length": [1.9e-3, [2.2e-3]]}, "list of numbers"),

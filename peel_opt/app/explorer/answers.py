@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 from ...analysis.maxwell import TURN
 from ...base.errors import NoEquilibrium, NotCertified, NotConverged, PeelOptError
 from ...continuation.family import Family
-from ...continuation.primary import UNFOLDED, Candidate
+from ...continuation.primary import Candidate
 from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ...equilibria.certify import report
 from ...equilibria.methods import Method, answer
 from ...equilibria.posed import Posed
 from ...equilibria.result import Equilibrium
+from ...model.labels import fits
 from ...residual.closures import Closure
 from ...residual.discretisation import Profile
 from ...residual.shape import Solution
@@ -198,7 +199,7 @@ def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equ
 
 def _followed(state: State, before: Equilibrium) -> Equilibrium | None:
     """Solve from the picture before; None unless it is the same state, a little moved."""
-    if not isinstance(before.source, Solution) or not _fits(state.label, before.state):
+    if not isinstance(before.source, Solution) or not fits(before.state, state.label):
         return None
     posed, start = _ask(state).posed, before.source.problem.profile(before.source.x)
     moved = Family(posed.effective_law, MOVING, posed.given[0]).solve(start, posed.given[1])
@@ -230,14 +231,10 @@ def _solved(state: State, posed: Posed, profile: Profile, label: str) -> Equilib
     return result
 
 
-def _fits(wanted: str, label: str) -> bool:
-    return label == wanted or (wanted == "unfolded" and label in UNFOLDED)
-
-
 def _chosen(state: State, ask: _Ask, found: list[Candidate]) -> Candidate | None:
     near = ask.near
     anything = state.label == "unfolded" and near is not None
-    fitting = [c for c in found if anything or _fits(state.label, c.state)]
+    fitting = [c for c in found if anything or fits(c.state, state.label)]
     if not fitting:
         return None
     if near is not None:
@@ -285,7 +282,7 @@ def _none(
         float(getattr(point.scalars, numbers[target.kind]))
         for walk in walks
         for point in walk.points
-        if _fits(state.label, walk.state_at(point.arclength))
+        if fits(walk.state_at(point.arclength), state.label)
     ]
     if not values:
         return NoEquilibrium(words)

@@ -8,20 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from ...equilibria.branch import Branch
+from ...model.labels import special_kind
 from .curves import Curve
 from .panels import Axis, DiagramPanel, Line, Mark, Spot
 from .state import State
-
-#: Letter and meaning of special points.  In the paper T is the transition and F the fold.
-KINDS = {
-    "BP": ("T", "transition: the detached branch leaves the straight rod"),
-    "LP-lambda": ("F", "fold in λ"),
-    "LP-length": ("F", "fold in length"),
-    "LP-pressure": ("P", "minimum pressure"),
-    "y=y0": ("Y", "the rod reaches or leaves y = y₀"),
-    "contact": ("C", "the tip touches the plate"),
-    "self-contact": ("S", "the rod meets itself"),
-}
+from .words import in_characters
 
 LABELS = {
     "stable": "stable",
@@ -93,9 +84,13 @@ def diagram_panel(
         ends = (*ends[0], here[0]), (*ends[1], here[1])
     marks = []
     for special in curve.specials:
-        letter, meaning = KINDS.get(special.kind, ("?", special.kind))
+        letter, words = special_kind(special.kind)
         how = "" if special.status in ("located", "exact") else ", estimated"
-        marks.append(Mark(special.kind, letter, float(x[special.row]), float(y[special.row]), meaning + how))
+        marks.append(
+            Mark(
+                special.kind, letter, float(x[special.row]), float(y[special.row]), in_characters(words) + how
+            )
+        )
     return DiagramPanel(
         Axis(across, *_span(ends[0])),
         Axis(up, *_span(ends[1])),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ...continuation.primary import UNFOLDED
 from ...equilibria.result import Equilibrium
+from ...model.labels import UNFOLDED
 from ...model.rod import RATIOS, Rod
 from .curves import Curve, window
 from .diagram_panel import units

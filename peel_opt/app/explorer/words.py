@@ -7,21 +7,17 @@ import math
 from ...analysis.maxwell import TURN
 from ...base.units import display_with_error, told_apart
 from ...equilibria.result import Equilibrium
+from ...model.labels import FLAGS
 from .curves import Curve
 from .panels import Answer
 from .potential_panel import Landscape
 from .state import State
 
-#: What the flags of an equilibrium mean to somebody who looks at its picture.
-MEANINGS = {
-    "y > y0": "y > y₀: the rod leaves the range of the linear law, which pushes there. Try law (8).",
-    "p < 0": "p < 0: the pressure pushes towards the plate.",
-    "y < 0": "y < 0: the rod passes through the plate.",
-    "alpha1 > 0": "Spurious: α₁ > 0 means y < 0, which no rod on a rigid plate does.",
-    "overhang": "The rod is folded back over itself (|θ| > 90°).",
-    "tip on plate": "The tip is held down to the plate.",
-    "self-contact": "The rod crosses itself: contact is not modelled.",
-}
+#: Symbols in words, as characters.
+SYMBOLS = {"lambda": "λ", "alpha1": "α₁", "theta": "θ", "eta": "η", "y0": "y₀"}
+
+#: What to do about a flag, where something can be done.
+ADVICE = {"y > y0": " Try law (8)."}
 
 OFF_BRANCH = "This state is not on the branch that leaves T."
 
@@ -57,6 +53,13 @@ def answer_of(eq: Equilibrium) -> Answer:
     )
 
 
+def in_characters(words: str) -> str:
+    """Return words with their symbols as characters, "fold in lambda" with a Greek letter."""
+    for name, symbol in SYMBOLS.items():
+        words = words.replace(name, symbol)
+    return words
+
+
 def why_no_branch(beta0: float, full: bool) -> str:
     """Say why the potential does not come from a solved branch."""
     if beta0 >= TURN:
@@ -76,7 +79,11 @@ def warnings_of(
     state: State, eq: Equilibrium | None, curve: Curve, land: Landscape | None, off: float, full: bool
 ) -> tuple[str, ...]:
     """Return what must be said beside the pictures."""
-    said = [MEANINGS[flag] for flag in (eq.flags if eq else ()) if flag in MEANINGS]
+    said = [
+        f"{in_characters(FLAGS[flag])}.{ADVICE.get(flag, '')}"
+        for flag in (eq.flags if eq else ())
+        if flag in FLAGS
+    ]
     if eq is not None and eq.state == "other":
         said.append(OFF_BRANCH)
     beta0 = state.beta0 if state.given == "groups" else (eq.beta0 if eq else 0.0)

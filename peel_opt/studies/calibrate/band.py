@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...model.labels import fits
 from .chart import States
-from .pairs import Curve, Pairs, fits, scales
+from .pairs import Curve, Pairs, scales
 from .start import branch_of
 
 if TYPE_CHECKING:

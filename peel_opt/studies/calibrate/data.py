@@ -12,9 +12,7 @@ import numpy as np
 from ...base.arrays import in_si
 from ...base.checks import listed, positive
 from ...base.errors import InvalidInput
-
-#: States that a measurement may be said to be on; None means unfolded.
-STATES = ("unfolded", "middle", "lower", "folded")
+from ...model.labels import OBSERVABLE, known_state
 
 #: Least and largest standard deviation of a number, as a share of it.
 SHARES = (1e-12, 1e6)
@@ -315,6 +313,4 @@ def _column(name: str, values: Any, unit: str, rows: Sequence[str], *, signed: b
 
 
 def _state(state: str | None, row: str) -> str | None:
-    if state is not None and state not in STATES:
-        raise InvalidInput(f"unknown state {state!r} in {row}.", remedy=f"Choose one of {', '.join(STATES)}.")
-    return state
+    return known_state(state, among=OBSERVABLE, place=f"{row}: ")

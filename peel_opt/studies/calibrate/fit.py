@@ -12,9 +12,10 @@ from ...base.checks import positive
 from ...base.errors import InvalidInput, PeelOptError
 from ...equilibria.posed import known_law
 from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.labels import OBSERVABLE, known_state
 from ...model.rod import MATERIAL, Rod
 from .chart import Chart
-from .data import STATES, Data, Observation, observations
+from .data import Data, Observation, observations
 from .problem import Problem, watched
 from .result import Calibration
 from .search import NODES, best
@@ -89,8 +90,7 @@ def calibrate(
     >>> round(fit.rod.adhesion_strength)
     140000
     """
-    if state is not None and state not in STATES:
-        raise InvalidInput(f"unknown state {state!r}.", remedy=f"Choose one of {', '.join(STATES)}.")
+    known_state(state, among=OBSERVABLE)
     seen = [replace(o, state=o.state or state or "unfolded") for o in observations(data)]
     mask = _mask(free)
     known = _known(rod, mask)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...continuation.primary import UNFOLDED
+from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
 from .chart import HIGHEST, States
 from .data import Observation
@@ -42,11 +42,6 @@ def scales(q: np.ndarray) -> tuple[np.ndarray, float]:
 def logarithms(rod: Rod) -> np.ndarray:
     """Return log k, log T0 and log y0."""
     return np.log([getattr(rod, name) for name in MATERIAL])
-
-
-def fits(label: str, state: str | None) -> bool:
-    """Whether a state of a branch may be what was observed."""
-    return label == state or (state == "unfolded" and label in UNFOLDED)
 
 
 @dataclass(frozen=True, eq=False)

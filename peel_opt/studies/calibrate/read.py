@@ -28,7 +28,8 @@ import numpy as np
 from ...base.errors import InvalidInput
 from ...base.files import as_path, read_file
 from ...base.units import LENGTH, PRESSURE, Kind, parse
-from .data import STATES, MeasuredShape, Measurements
+from ...model.labels import OBSERVABLE, known_state
+from .data import MeasuredShape, Measurements
 
 #: Columns of a file of pairs and of a file of points, by what they measure; None for text.
 PAIRS: dict[str, Kind | None] = {
@@ -161,10 +162,8 @@ def _read(path: str | Path, known: dict[str, Kind | None], needed: tuple[str, ..
         for (title, scale), cell in zip(titles, cells, strict=True):
             place = f"{name!r}, line {number}, column {title!r}"
             columns[title].append(cell if known[title] is None else _number(cell, place, title) * scale)
-            if title == "state" and cell and cell not in STATES:
-                raise InvalidInput(
-                    f"{place}: unknown state {cell!r}.", remedy=f"Choose one of {', '.join(STATES)}."
-                )
+            if title == "state" and cell:
+                known_state(cell, among=OBSERVABLE, place=f"{place}: ")
     if not rows:
         raise InvalidInput(f"{name!r} has a header and no rows.")
     for title, scale in titles:

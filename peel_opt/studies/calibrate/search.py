@@ -9,12 +9,13 @@ import numpy as np
 
 from ...base.errors import NotConverged, PeelOptError
 from ...equilibria.result import Equilibrium
+from ...model.labels import fits
 from ...model.rod import RATIOS, Rod, require_ratio
 from .chart import Chart, States
 from .data import Observation
 from .fitted import Fitted
 from .linear import chance
-from .pairs import Curve, fits, scales
+from .pairs import Curve, scales
 from .problem import Problem
 from .start import begun, coarse_rods
 from .states import resolved

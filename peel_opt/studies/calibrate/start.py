@@ -16,13 +16,14 @@ from ...base.errors import NotConverged
 from ...continuation.points import Point
 from ...continuation.primary import PrimaryBranch, primary_branch
 from ...model.bond import CohesiveLaw
+from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
 from ...residual.closures import Closure
 from ...residual.shape import sample_shape
 from .chart import HIGHEST, States
 from .data import Observation
 from .fitted import Fitted
-from .pairs import fits, logarithms
+from .pairs import logarithms
 from .problem import Problem
 
 #: Ratios eta/y0 that are tried.

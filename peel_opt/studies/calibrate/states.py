@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...base.errors import AmbiguousState, NotCertified, PeelOptError
-from ...continuation.primary import UNFOLDED, primary_branch
+from ...continuation.primary import primary_branch
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
 from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.labels import UNFOLDED
 from ...model.rod import Rod
 from ...residual.closures import Closure
 from .fitted import Fitted

@@ -16,9 +16,9 @@ from ...base.errors import AmbiguousState, PeelOptError
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
 from ...model.bond import CohesiveLaw
+from ...model.labels import fits
 from ...model.rod import Rod
 from .data import Observation
-from .pairs import fits
 
 if TYPE_CHECKING:
     from .result import Calibration

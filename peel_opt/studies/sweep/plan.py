@@ -23,8 +23,9 @@ from ...base.arrays import in_si
 from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...equilibria.methods import Method, as_method
-from ...equilibria.posed import known_law, known_state
+from ...equilibria.posed import known_law
 from ...model.bond import CohesiveLaw
+from ...model.labels import known_state
 from ...model.law_samples import texts
 from ...model.rod import MATERIAL, Rod, Units
 from ...residual.discretisation import Transcription
