@@ -54,7 +54,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "Measurements": lambda: {"length": [1.9e-3], "pressure": [6e4], "pressure_sd": 500.0},
     "MeasuredShape": lambda: {"x": [0.0, 1e-3], "y": [0.0, 1e-4], "sd": 1e-5, "pressure": 6e4},
     "calibrate": lambda: {
-        "data": [po.Measurements([1.9e-3, 2e-3], [67e3, 6e4], pressure_sd=500.0)],
+        "data": [po.Measurements([1.765e-3, 1.8e-3], [67e3, 6e4], pressure_sd=500.0)],
         "free": ("adhesion_range",),
         "rod": STRIP,
     },

@@ -541,6 +541,7 @@ def test_an_interruption_is_not_a_fit_that_fails() -> None:
         ({"loss": "huber"}, "unknown loss"),
         ({"state": "upper"}, "unknown state"),
         ({"loss": "pseudo-huber", "loss_scale": -1.0}, "loss_scale"),
+        ({"loss_scale": "wide"}, "loss_scale"),
         ({"rod": {"thickness": 1.0}}, "thickness"),
         ({"rod": "flap"}, "rod must be a Rod"),
         ({"free": None}, "free must be a list"),
@@ -558,6 +559,13 @@ def test_an_exact_pressure_above_a_known_strength() -> None:
     data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 200e3], length_sd=1e-5)
     with pytest.raises(po.InvalidInput, match="row 2: the pressure, 200000 Pa, is not below"):
         po.calibrate(data, free=(Y0,), rod=TRUTH)
+
+
+def test_pressures_that_are_all_far_above_a_known_strength() -> None:
+    """As of a rod in units of its own T0: no search finds another fit than all rows at T."""
+    data = po.Measurements([1.9e-3, 2.2e-3], [48e3, 33e3], pressure_sd=500.0)
+    with pytest.raises(po.InvalidInput, match="all pressures are more than 10 standard deviations above"):
+        po.calibrate(data, free=(Y0,), rod=po.Rod.from_ratio(1.0))
 
 
 def test_too_few_points() -> None:

@@ -28,6 +28,9 @@ LOSSES = ("least-squares", "pseudo-huber")
 #: Scale of the pseudo-Huber loss that tells outliers from the rest, in standard deviations.
 ROBUST = 1.5
 
+#: Standard deviations above a known T0 from which a measured pressure is none of a rod that has it.
+ABOVE = 10.0
+
 #: Share to which chi-square must fall for other states to be the better reading of the data.
 MUCH_LESS = 0.2
 
@@ -96,7 +99,8 @@ def calibrate(
     known = _known(rod, mask)
     if loss not in LOSSES:
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
-    delta = positive("loss_scale", loss_scale) if loss == "pseudo-huber" else None
+    scale = positive("loss_scale", loss_scale)
+    delta = scale if loss == "pseudo-huber" else None
     chart = Chart(known_law(law) or COHESIVE, NODES[0])
     _require_enough(seen, mask)
     _require_reach(seen, known)
@@ -213,7 +217,7 @@ def _require_enough(seen: Sequence[Observation], mask: np.ndarray) -> None:
 
 
 def _require_reach(seen: Sequence[Observation], known: Mapping[str, float]) -> None:
-    """No detached state has a pressure above T0."""
+    """No detached state has a pressure above T0: an exact one is refused, measured ones if none is below."""
     T0 = known.get("adhesion_strength", math.inf)
     for o in seen:
         if o.role("pressure") == "exact" and o.pressure is not None and o.pressure >= T0:
@@ -222,3 +226,10 @@ def _require_reach(seen: Sequence[Observation], known: Mapping[str, float]) -> N
                 f" {T0:g} Pa: no detached state has it.",
                 remedy="Check units, free adhesion_strength, or give the pressure a standard deviation.",
             )
+    least = min((o.pressure or 0.0) - ABOVE * (o.pressure_sd or 0.0) for o in seen)
+    if least > T0:
+        raise InvalidInput(
+            f"all pressures are more than {ABOVE:g} standard deviations above the known adhesion_strength,"
+            f" {T0:g} Pa: no detached state has any of them.",
+            remedy="Check units, or free adhesion_strength.",
+        )
