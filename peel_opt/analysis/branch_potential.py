@@ -49,7 +49,7 @@ class BranchLike(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class States:
+class BranchStates:
     """States along a branch at one beta0, as a potential is made of.
 
     Parameters
@@ -120,7 +120,7 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
             remedy="A potential is defined at one beta0; trace the branch at fixed beta0.",
         )
     held = getattr(branch, "held", None) if getattr(branch, "hold", "") == "beta0" else None
-    states = States(
+    states = BranchStates(
         float(beta0[0] if held is None else held),
         alpha1,
         lam,
@@ -142,14 +142,14 @@ def points_potential(
     slope = np.array([_slope(p.x[-4:], p.tangent[-4:]) for p in points])
     at = np.array([any(p is kink for kink in kinks) for p in points], bool)
     bent = _changes([p.problem.phases for p in points]) & ~(at[:-1] | at[1:])
-    return states_potential(States(beta0, alpha1, lam, slope, kinks=at, bent=bent))
+    return states_potential(BranchStates(beta0, alpha1, lam, slope, kinks=at, bent=bent))
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SplinePotential(EffectivePotential):
     """The effective potential of splines through states."""
 
-    states: States
+    states: BranchStates
 
     @cached_property
     def others(self) -> tuple[EffectivePotential, ...]:
@@ -162,7 +162,7 @@ class SplinePotential(EffectivePotential):
         return tuple(_through(states, np.flatnonzero(always | kept)) for kept in (odd, ~odd))
 
 
-def states_potential(states: States) -> SplinePotential:
+def states_potential(states: BranchStates) -> SplinePotential:
     """Return the effective potential of states in order along a branch at one beta0."""
     known = _around_T(states)
     assert known.slope is not None
@@ -174,7 +174,7 @@ def states_potential(states: States) -> SplinePotential:
     return _through(known, np.arange(values))
 
 
-def _through(states: States, rows: np.ndarray) -> SplinePotential:
+def _through(states: BranchStates, rows: np.ndarray) -> SplinePotential:
     """Return the potential through some of the states around T."""
     x, y, slope, kinks, bent = states.alpha1, states.lam, states.slope, states.kinks, states.bent
     assert slope is not None and kinks is not None and bent is not None and states.error is not None  # noqa: PT018
@@ -200,7 +200,7 @@ def _through(states: States, rows: np.ndarray) -> SplinePotential:
     )
 
 
-def _around_T(states: States) -> States:
+def _around_T(states: BranchStates) -> BranchStates:
     """Return states by ascending alpha1: those around T on which alpha1 is monotone, none crowding."""
     alpha1 = states.alpha1
     start = int(np.argmin(np.abs(alpha1)))
@@ -235,7 +235,7 @@ def _around_T(states: States) -> States:
     kept = np.flatnonzero(_apart(x, (table[4] > 0.0) | (x == 0.0)))
     x, y, slope, error, at_kink = table[:, kept]
     between = np.logical_or.reduceat(between, kept[:-1])
-    return States(states.beta0, x, y, slope, error, at_kink > 0.0, between)
+    return BranchStates(states.beta0, x, y, slope, error, at_kink > 0.0, between)
 
 
 def _require_heading_for_T(x: np.ndarray, y: np.ndarray) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.drawing import draw
 from ..equilibria.branch import Branch
-from .loops import Jump, Loop, Sweep
+from .loops import Jump, Loop, VisitedStates
 from .potential import EffectivePotential
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class LambdaJump(Jump):
         return self.after
 
 
-class LambdaSweep(Sweep):
+class LambdaSweep(VisitedStates):
     """States in the order in which a sweep of lambda visits them."""
 
     @property

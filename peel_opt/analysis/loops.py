@@ -47,7 +47,7 @@ class Jump:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(Columns):
+class VisitedStates(Columns):
     """States in the order in which a sweep visits them; at a jump both, at the same swept value.
 
     Parameters
@@ -89,7 +89,7 @@ class Sweep(Columns):
 
 
 J = TypeVar("J", bound=Jump)
-S = TypeVar("S", bound=Sweep)
+S = TypeVar("S", bound=VisitedStates)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -98,7 +98,7 @@ class Loop(Generic[S, J]):
 
     Parameters
     ----------
-    up, down : Sweep
+    up, down : VisitedStates
     jumps : tuple of Jump
         In the order of the loop: up, then down.
     area : float

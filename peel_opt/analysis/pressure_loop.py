@@ -18,7 +18,7 @@ from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod
 from ..residual.closures import Closure
-from .loops import Jump, Loop, Sweep
+from .loops import Jump, Loop, VisitedStates
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +66,7 @@ class PressureJump(Jump):
         return self.after
 
 
-class PressureSweep(Sweep):
+class PressureSweep(VisitedStates):
     """States in the order in which a sweep of the pressure visits them."""
 
     @property

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ReducedCurve:
     """One curve of the zero set of g off the trivial branch, every point solved to the tolerance."""
 
     beta0: float
@@ -29,7 +29,7 @@ def zero_set(
     lam_range: tuple[float, float],
     A_range: tuple[float, float],
     samples: tuple[int, int],
-) -> list[Curve]:
+) -> list[ReducedCurve]:
     """Return the curves on which h = g/A vanishes; see `Reduction.diagram`."""
     for name, span in (("lam_range", lam_range), ("A_range", A_range)):
         low, high = pair(name, span)
@@ -52,7 +52,9 @@ def zero_set(
     for k in range(int(rank.max()) + 1):
         members = np.flatnonzero(rank == k)
         parts = np.split(members, np.flatnonzero(np.diff(column[members]) > 1) + 1)
-        curves += [Curve(reduction.beta0, roots[part], A[column[part]], alpha1[part]) for part in parts]
+        curves += [
+            ReducedCurve(reduction.beta0, roots[part], A[column[part]], alpha1[part]) for part in parts
+        ]
     return curves
 
 

@@ -35,7 +35,7 @@ from ..base.errors import InvalidInput
 from ..base.threads import one_thread
 from .linear_operator import FIELDS, LinearOperator
 from .nonlinear_part import remainder, remainder_derivative
-from .reduced_diagram import Curve, zero_set
+from .reduced_diagram import ReducedCurve, zero_set
 
 #: Batches are cut so that the Jacobians of one batch stay below some 100 MB.
 _BATCH = 512
@@ -56,7 +56,7 @@ class Coefficients:
 
 
 @dataclass(frozen=True, eq=False)
-class Correction:
+class ComplementSolution:
     """Solution of (30) at one or many (A, lambda).
 
     Parameters
@@ -80,7 +80,7 @@ class Correction:
 
 
 @dataclass(eq=False)
-class _State:
+class _Corrected:
     """What the two solvers of (30) work on, one entry per point."""
 
     w: np.ndarray
@@ -103,7 +103,7 @@ class Reduction(LinearOperator):
     tol: float
 
     @one_thread
-    def solve(self, A: Any, lam: Any, method: str = "auto", max_iterations: int = 60) -> Correction:
+    def solve(self, A: Any, lam: Any, method: str = "auto", max_iterations: int = 60) -> ComplementSolution:
         """Solve (30) for w on arrays of (A, lambda) that broadcast.
 
         Parameters
@@ -121,7 +121,7 @@ class Reduction(LinearOperator):
             raise InvalidInput("A and lambda must be finite.")
         shape, A, lam = A.shape, A.ravel(), lam.ravel()
         w = np.zeros((A.size, FIELDS, self.nodes))
-        state = _State(w, np.zeros(A.size, int), np.full(A.size, np.nan), np.full(A.size, np.inf))
+        state = _Corrected(w, np.zeros(A.size, int), np.full(A.size, np.nan), np.full(A.size, np.inf))
         if method != "newton":
             self._iterate(state, A, lam, max_iterations)
         todo = np.flatnonzero(~(state.defect <= self.tol)) if method != "iteration" else np.empty(0, int)
@@ -130,7 +130,7 @@ class Reduction(LinearOperator):
         converged = state.defect <= self.tol
         h = np.where(converged, self.inner(self.v0, remainder(self.beta0, self.u0 + state.w, A, lam)), np.nan)
         mean = state.w[:, 4] @ self.grid.weights
-        return Correction(
+        return ComplementSolution(
             h.reshape(shape),
             np.where(converged, A * (1.0 + mean), np.nan).reshape(shape),
             state.w.reshape(*shape, FIELDS, self.nodes),
@@ -140,7 +140,7 @@ class Reduction(LinearOperator):
             converged.reshape(shape),
         )
 
-    def _iterate(self, state: _State, A: np.ndarray, lam: np.ndarray, max_iterations: int) -> None:
+    def _iterate(self, state: _Corrected, A: np.ndarray, lam: np.ndarray, max_iterations: int) -> None:
         """The iteration (31), for all points that still change, until they settle or grow."""
         active = np.arange(A.size)
         for _ in range(max_iterations):
@@ -157,7 +157,7 @@ class Reduction(LinearOperator):
             state.iterations[active] += 1
             active = active[(change > self.tol) & (np.abs(new).max(axis=(-2, -1)) < 1e3)]
 
-    def _newton(self, state: _State, A: np.ndarray, lam: np.ndarray, active: np.ndarray) -> None:
+    def _newton(self, state: _Corrected, A: np.ndarray, lam: np.ndarray, active: np.ndarray) -> None:
         """Newton's method from w = 0, for points the iteration has not solved."""
         size = FIELDS * self.nodes
         G = self._inverse[0].reshape(size, FIELDS, self.nodes)
@@ -225,7 +225,7 @@ class Reduction(LinearOperator):
         lam_range: tuple[float, float] = (-1.0, 3.0),
         A_range: tuple[float, float] = (-7.0, 5.0),
         samples: tuple[int, int] = (13, 121),
-    ) -> list[Curve]:
+    ) -> list[ReducedCurve]:
         """Zero set of g in a window, off the trivial branch A = 0 (Fig 4).
 
         A curve has one point for each of the ``samples[1]`` amplitudes at which h = g/A changes

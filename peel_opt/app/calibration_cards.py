@@ -45,7 +45,7 @@ from ..studies.calibrate.profile import require_level
 from ..studies.calibrate.read import read_measurements, read_shape
 from ..studies.calibrate.result import Calibration
 from .cards import explain, read_card
-from .tables import Length, Number, Pressure, RodTable, Table
+from .tables import CardTable, Length, Number, Pressure, RodTable
 
 #: Which numbers of a rod a field of ``[rod]`` goes into.
 FEEDS = {
@@ -76,7 +76,7 @@ File = Annotated[str, BeforeValidator(_file)]
 State = Annotated[str, BeforeValidator(partial(known_state, among=OBSERVABLE))]
 
 
-class FitTable(Table):
+class FitTable(CardTable):
     """``[calibration]``: what is free, and how residuals count."""
 
     free: Annotated[tuple[str, ...], BeforeValidator(_free)] = MATERIAL
@@ -91,7 +91,7 @@ class FitTable(Table):
         return self
 
 
-class PairsTable(Table):
+class PairsTable(CardTable):
     """``[[pairs]]``: a file of lengths and pressures."""
 
     file: File
@@ -106,7 +106,7 @@ class PairsTable(Table):
         )
 
 
-class ShapeTable(Table):
+class ShapeTable(CardTable):
     """``[[shapes]]``: a file of points of one shape, and what was held."""
 
     file: File
@@ -125,7 +125,7 @@ class ShapeTable(Table):
         return read_shape(folder / self.file, sd=self.sd, **known)
 
 
-class CalibrationCard(Table):
+class CalibrationCard(CardTable):
     """A calibration: a rod to start from, measurements, and what to fit.
 
     Parameters
@@ -206,7 +206,7 @@ def load_calibration(path: str | Path) -> CalibrationCard:
         raise CardError(
             f"card {str(path)!r} has no [calibration].", remedy="Answer a problem card with peel-opt run."
         )
-    tables: dict[str, type[Table]] = {
+    tables: dict[str, type[CardTable]] = {
         "rod": RodTable,
         "calibration": FitTable,
         "pairs": PairsTable,

@@ -43,13 +43,13 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from ..base.errors import CardError, InvalidInput, PeelOptError
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
-from .tables import GroupsTable, Question, RodTable, Table
+from .tables import CardTable, GroupsTable, QuestionTable, RodTable
 
 #: A card is a page of text; what is longer was not meant to be one.
 MOST_BYTES = 1_000_000
 
 
-class Card(Table):
+class Card(CardTable):
     """A problem: a rod or the paper's groups, where its numbers are from, and questions.
 
     Parameters
@@ -61,7 +61,7 @@ class Card(Table):
         One of them.
     sources, estimates : dict of str
         By field of the rod: where it was read, or how it was estimated.
-    questions : tuple of Question
+    questions : tuple of QuestionTable
     """
 
     title: str
@@ -70,7 +70,7 @@ class Card(Table):
     groups: GroupsTable | None = None
     sources: dict[str, str] = Field(default_factory=dict)
     estimates: dict[str, str] = Field(default_factory=dict)
-    questions: tuple[Question, ...] = ()
+    questions: tuple[QuestionTable, ...] = ()
 
     def rod(self) -> Rod | None:
         """Return the rod; None for a card in the paper's groups."""
@@ -232,16 +232,16 @@ def read_card(path: str | Path) -> dict[str, Any]:
         raise CardError(f"card {shown!r} is no TOML text: {_one_line(error)}.") from error
 
 
-def as_question(**fields: Any) -> Question:
+def as_question(**fields: Any) -> QuestionTable:
     """Return a question outside any card, or say in one line what is wrong with it."""
     try:
-        return Question(**fields)
+        return QuestionTable(**fields)
     except ValidationError as error:
         raise InvalidInput(explain(error)) from error
 
 
 #: Tables of a problem card by their headers.
-OWN_TABLES: dict[str, type[BaseModel]] = {"rod": RodTable, "groups": GroupsTable, "questions": Question}
+OWN_TABLES: dict[str, type[BaseModel]] = {"rod": RodTable, "groups": GroupsTable, "questions": QuestionTable}
 
 
 def explain(

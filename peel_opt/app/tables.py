@@ -47,13 +47,13 @@ def one_line(text: str) -> str:
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
-class Table(BaseModel):
+class CardTable(BaseModel):
     """A table of a card: unknown keys are errors, values do not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class RodTable(Table):
+class RodTable(CardTable):
     """``[rod]``: k, T0 and y0, given or derived, in SI units; or eta/y0 alone."""
 
     bending_stiffness: Stiffness | None = None
@@ -113,7 +113,7 @@ class RodTable(Table):
         return Rod(k, T0, y0)
 
 
-class GroupsTable(Table):
+class GroupsTable(CardTable):
     """``[groups]``: the paper's beta0 and either beta1 or lam = beta1 - pi^4."""
 
     beta0: SignedNumber
@@ -129,7 +129,7 @@ class GroupsTable(Table):
         return self
 
 
-class Question(Table):
+class QuestionTable(CardTable):
     """``[[questions]]``: what is given, and which of the answers is meant.
 
     ``pressure``, ``length`` and ``near`` are strings with units, or numbers in SI units; for a

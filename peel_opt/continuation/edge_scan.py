@@ -51,7 +51,7 @@ PIECE = 4.0
 
 
 @dataclass(frozen=True)
-class Scan:
+class EdgeScan:
     """What a scan has found.
 
     Parameters
@@ -66,7 +66,7 @@ class Scan:
     reached: float
 
 
-def scan(shooting: EdgeShooting) -> Scan:
+def scan(shooting: EdgeShooting) -> EdgeScan:
     """Find a start for every state up to the greatest length."""
     known = _resolved(shooting)
     reached = _reached(shooting, known)
@@ -83,7 +83,7 @@ def scan(shooting: EdgeShooting) -> Scan:
     lengths = between(np.stack([known.s[interval, number], known.s[interval + 1, number]]))
     reactions = between(np.stack([known.reactions[interval], known.reactions[interval + 1]]))
     inside = lengths <= shooting.longest
-    return Scan(_profiles(shooting, reactions[inside], lengths[inside]), reached)
+    return EdgeScan(_profiles(shooting, reactions[inside], lengths[inside]), reached)
 
 
 def _resolved(shooting: EdgeShooting) -> Crossings:

@@ -31,7 +31,7 @@ SETTLED = 1e-9
 
 
 @dataclass(frozen=True)
-class Scan:
+class TipGrid:
     """Resolution of the search.
 
     Parameters
@@ -116,10 +116,10 @@ class TipShooting:
 
 
 def starts_at_length(
-    shooting: TipShooting, sigma: float, pressures: tuple[float, float], scan: Scan | None = None
+    shooting: TipShooting, sigma: float, pressures: tuple[float, float], scan: TipGrid | None = None
 ) -> list[Profile]:
     """Starts for all states at a length, with p/T0 in a range."""
-    scan = scan or Scan()
+    scan = scan or TipGrid()
     growth = _growth(shooting.ratio, sigma, scan)
     angles, values = _axis(scan.angles * growth), np.linspace(*pressures, scan.values * growth)
     angle, P = (a.ravel() for a in np.meshgrid(angles, values))
@@ -144,7 +144,7 @@ def _middles(axis: np.ndarray, index: np.ndarray) -> np.ndarray:
     return 0.5 * (axis[index] + axis[index + 1])
 
 
-def _growth(ratio: float, sigma: float, scan: Scan) -> int:
+def _growth(ratio: float, sigma: float, scan: TipGrid) -> int:
     gamma = (ratio * sigma**4) ** 0.25
     return int(np.clip(np.ceil(gamma / 4.0), 1, scan.widest))
 

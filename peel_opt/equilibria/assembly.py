@@ -27,7 +27,7 @@ IDENTITY = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class WalkedSide:
     """One walked side of a branch.
 
     Parameters
@@ -50,14 +50,14 @@ class Part:
     sign: int = 1
 
 
-def assemble(parts: Sequence[Part], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
+def assemble(parts: Sequence[WalkedSide], rod: Rod | None, ended: str, options: dict[str, object]) -> Branch:
     """Join walked parts into one branch: those with sign -1 reversed, last first, then the others.
 
     The two sides of a branch share the point they start at.
     """
     against = [part for part in parts if part.sign < 0]
     along = [part for part in parts if part.sign > 0]
-    ordered: list[tuple[Part, Point]] = []
+    ordered: list[tuple[WalkedSide, Point]] = []
     for part in reversed(against):
         shared = part.points[0].arclength == 0.0 and along and along[0].points[0].arclength == 0.0
         ordered += [(part, p) for p in reversed(part.points[bool(shared) :])]
@@ -111,7 +111,7 @@ def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
 
 
 def _special_points(
-    parts: Sequence[Part], ordered: list[tuple[Part, Point]], errors: np.ndarray
+    parts: Sequence[WalkedSide], ordered: list[tuple[WalkedSide, Point]], errors: np.ndarray
 ) -> tuple[SpecialPoint, ...]:
     """Describe all special points in the order of the branch."""
     place = {id(p): i for i, (_, p) in enumerate(ordered)}

@@ -19,7 +19,7 @@ from ..base.errors import NotConverged
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import PI4
 from ..model.hierarchy import NODES
-from ..model.series_curve import Curve, curve
+from ..model.series_curve import SeriesCurve, curve
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
 from ..residual.transcriptions import Spectral
@@ -119,7 +119,7 @@ def _label(slope: float, alpha1: float) -> str:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # far out the terms overflow, which the error says
-def _root(sums: Curve, given: tuple[Closure, Closure], state: str) -> Root:
+def _root(sums: SeriesCurve, given: tuple[Closure, Closure], state: str) -> Root:
     first, second = given
     if second.kind == "pressure":
         return _at_pressure(sums, first.value, second.value)
@@ -134,7 +134,7 @@ def _root(sums: Curve, given: tuple[Closure, Closure], state: str) -> Root:
     raise NotConverged(f"the series does not answer with {first.kind} and {second.kind} given.")
 
 
-def _at_pressure(sums: Curve, ratio: float, P: float) -> Root:
+def _at_pressure(sums: SeriesCurve, ratio: float, P: float) -> Root:
     """Solve ratio sigma^4 = pi^4 + lambda(a sigma^3, sigma^3) at a = P - 1."""
     if P >= 1.0:
         raise NotConverged("there is no detached state at this pressure.")
@@ -163,7 +163,7 @@ def _at_pressure(sums: Curve, ratio: float, P: float) -> Root:
     return Root(a * beta0, sigma, value.lam, _label(value.by_alpha1, a), error, response, iteration)
 
 
-def _at_length(sums: Curve, sigma: float, lam: float, state: str, ratio: float | None = None) -> Root:
+def _at_length(sums: SeriesCurve, sigma: float, lam: float, state: str, ratio: float | None = None) -> Root:
     """Solve lambda(alpha1) = lam at fixed beta0, starting from the leading term of the series."""
     beta0 = sigma**3
     if beta0 > MOST_BETA0:
@@ -204,7 +204,7 @@ def _next_step(step: float, before: float) -> float:
     return abs(step) * min(1.0, (step / before) ** 2) if before else abs(step)
 
 
-def _leading_root(sums: Curve, beta0: float, lam: float, state: str) -> float:
+def _leading_root(sums: SeriesCurve, beta0: float, lam: float, state: str) -> float:
     """Root of beta0^2 P_1(alpha1/beta0) = lam."""
     _, linear, square = (float(c) for c in sums.series.polynomials[0])
     b = linear * beta0

@@ -17,7 +17,7 @@ from .certify import report
 from .methods import Method, answer, as_method
 from .posed import Posed, known_lambda, known_law
 from .result import Equilibrium
-from .search import Found, Search, close
+from .search import FoundState, StateSearch, close
 from .states import States
 
 #: Beyond these the grid is far too coarse.
@@ -114,7 +114,7 @@ class _Ask:
     """A question about all states, and the search that answers it."""
 
     posed: Posed
-    search: Search
+    search: StateSearch
     as_given: dict[str, Any]
 
 
@@ -129,7 +129,7 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
         beta0 = positive("beta0", known_beta0(given["beta0"]))
         posed = Posed.at_groups(named, beta0, known_lambda(given.get("lam"), given.get("beta1")))
         exact = {"beta1": finite("beta1", given["beta1"])} if "beta1" in given else {}
-        search = Search(posed.effective_law, posed.ratio, posed.given[0])
+        search = StateSearch(posed.effective_law, posed.ratio, posed.given[0])
         return _Ask(posed, search, {"beta0": beta0, "lam": posed.given[1].value, "given": exact})
     named, rod = known_law("auto" if law is None else law), require_rod(rod, RATIOS)
     if "length" in given:
@@ -139,7 +139,7 @@ def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, floa
     ((name, number),) = given.items()
     unit = "" if rod.dimensionless else "m" if name == "length" else "Pa"
     exact = {name: finite(name, number, unit), f"{name}_ratio": posed.given[1].value}
-    return _Ask(posed, Search(posed.effective_law, posed.ratio, posed.given[1]), {"given": exact})
+    return _Ask(posed, StateSearch(posed.effective_law, posed.ratio, posed.given[1]), {"given": exact})
 
 
 def _require_range(ask: _Ask) -> None:
@@ -158,9 +158,9 @@ def _require_range(ask: _Ask) -> None:
         )
 
 
-def _distinct(found: list[Found]) -> list[Found]:
+def _distinct(found: list[FoundState]) -> list[FoundState]:
     """Keep the first of all that coincide; those of the primary branch come first."""
-    kept: list[Found] = []
+    kept: list[FoundState] = []
     for state in found:
         if not any(close(state.profile, other.profile) for other in kept):
             kept.append(state)
@@ -172,7 +172,7 @@ def _same(a: Equilibrium, b: Equilibrium) -> bool:
     return gap < SAME * (1.0 + abs(a.answer))
 
 
-def _solved(ask: _Ask, found: Found, method: Method, tol: float) -> Equilibrium | None:
+def _solved(ask: _Ask, found: FoundState, method: Method, tol: float) -> Equilibrium | None:
     """Solve with the method asked for; None where a state off the primary branch is not certified."""
     try:
         solved = answer(ask.posed, found.landed, method, tol)

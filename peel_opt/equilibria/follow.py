@@ -26,7 +26,7 @@ from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, ch
 from ..residual.phases import holds_its_tip
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
-from .assembly import Part, assemble, require_identity
+from .assembly import WalkedSide, assemble, require_identity
 from .branch import Branch
 from .branch_points import discretised, law_of, under_law
 from .posed import known_law
@@ -149,7 +149,7 @@ class Walk(Iterator[Scalars]):
         points, specials, met = with_asked(self.family, self.points, found, asked)
         require_met(asked, met)
         labels = labels_on_branch(self.family, points)
-        part = Part(self.family, points, specials, labels.__getitem__, self.ended or "limit")
+        part = WalkedSide(self.family, points, specials, labels.__getitem__, self.ended or "limit")
         return assemble([part], self.rod, part.ended, {})
 
 

@@ -55,7 +55,7 @@ KEPT = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundState:
     """A solution and the name of its family."""
 
     landed: Landed
@@ -68,7 +68,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Search:
+class StateSearch:
     """What is searched: a law, a rod and the number that is given.
 
     Parameters
@@ -94,7 +94,7 @@ class Search:
         """beta1^(1/4) at a given length: how fast shapes part."""
         return math.exp(0.25 * math.log(self.ratio)) * self.given.value
 
-    def run(self) -> tuple[list[Found], Searched | None]:
+    def run(self) -> tuple[list[FoundState], Searched | None]:
         """States of the primary branch first, then those off it; and where these were looked for."""
         found, branches = self._on_primary_branch()
         if self.given.kind == "pressure":
@@ -106,13 +106,13 @@ class Search:
             found = self._with_detours(found)
         return found, self._searched_from_tip()
 
-    def _on_primary_branch(self) -> tuple[list[Found], list[PrimaryBranch]]:
+    def _on_primary_branch(self) -> tuple[list[FoundState], list[PrimaryBranch]]:
         found, branches = [], [primary_branch(self.law, self.rod, side) for side in (1, -1)]
         for branch in branches:
             branch.extend(partial(self._past, branch))
             for candidate in branch.candidates(self.given):
                 try:
-                    found.append(Found(candidate.landed, candidate.state))
+                    found.append(FoundState(candidate.landed, candidate.state))
                 except NotConverged:
                     continue  # near the end of the branch; the search off it has another chance
         return found, branches
@@ -130,7 +130,7 @@ class Search:
             return s.sigma > given and not PRESSURES[0] < s.pressure_ratio < PRESSURES[1]
         return s.pressure_ratio > given if side < 0 else s.pressure_ratio < given
 
-    def _longest(self, branch: PrimaryBranch, found: Sequence[Found]) -> float:
+    def _longest(self, branch: PrimaryBranch, found: Sequence[FoundState]) -> float:
         """sbar/eta up to which states are looked for at a given pressure.
 
         What other questions have walked since of a branch without an end does not count.
@@ -143,7 +143,7 @@ class Search:
         there = [s.sigma for s in (state.profile.scalars for state in found) if s.alpha1 < 0.0]
         return min(ANYWHERE * max(lengths), THERE * max(there, default=math.inf))
 
-    def _from_edge(self, longest: float) -> tuple[list[Found], Searched]:
+    def _from_edge(self, longest: float) -> tuple[list[FoundState], Searched]:
         """States at a given pressure, by a scan of the reaction at the edge for each height of the tip."""
         P, found, reached, greatest = self.given.value, [], longest, 0.0
         for tip in (*tip_heights(self.law, P), 0.0):
@@ -155,19 +155,19 @@ class Search:
                 if landed is None or not _near(start, landed.profile):
                     reached = min(reached, start.scalars.sigma)
                 if landed is not None:
-                    found.append(Found(landed, _label(landed) if tip else "other"))
+                    found.append(FoundState(landed, _label(landed) if tip else "other"))
             greatest = shooting.greatest
         reactions = (-greatest, greatest)
         return found, Searched((P, P), (0.0, reached), edge_reactions=reactions)
 
-    def _from_tip(self) -> list[Found]:
+    def _from_tip(self) -> list[FoundState]:
         """States at a given length, by a grid over the tip angle and the pressure."""
         pressures, found = self._pressures(), []
         for touching in (False, True):
             shooting = TipShooting(self.law, self.ratio, touching)
             starts = starts_at_length(shooting, self.given.value, pressures)
             solved = (self._landed(start, (SEARCH,)) for start in starts)
-            found += [Found(s, "other" if touching else _label(s)) for s in solved if s is not None]
+            found += [FoundState(s, "other" if touching else _label(s)) for s in solved if s is not None]
         return found
 
     def _pressures(self) -> tuple[float, float]:
@@ -190,7 +190,7 @@ class Search:
                     break
         return landed
 
-    def _with_detours(self, found: list[Found]) -> list[Found]:
+    def _with_detours(self, found: list[FoundState]) -> list[FoundState]:
         """Follow each state through other rods at the same length, for states the grid missed."""
         isolength = Family(self.law, SEARCH, self.given, tip_free=False)
         queue, every = list(found), list(found)
@@ -202,7 +202,7 @@ class Search:
                 except NotConverged:
                     continue
                 if not any(close(landed.profile, other.profile) for other in every):
-                    new = Found(landed, _label(landed))
+                    new = FoundState(landed, _label(landed))
                     every.append(new)
                     queue.append(new)
         return every

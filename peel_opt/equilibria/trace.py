@@ -25,7 +25,7 @@ from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
 from ..residual.transcriptions import Spectral
-from .assembly import Part, assemble, describe, require_identity
+from .assembly import WalkedSide, assemble, describe, require_identity
 from .branch import Branch
 from .branch_parts import Trivial
 from .posed import known_law
@@ -232,7 +232,7 @@ def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tup
 
 def _finished(
     walk: PrimaryBranch, points: list[Point], ended: str, asked: Sequence[tuple[str, float]]
-) -> tuple[Part, set[tuple[str, float]]]:
+) -> tuple[WalkedSide, set[tuple[str, float]]]:
     """Add the special points and asked-for values to the points of a walk."""
     arclengths = (points[0].arclength, points[-1].arclength)
     every = [*walk.folds, walk.contact] if walk.contact else walk.folds
@@ -241,7 +241,7 @@ def _finished(
         specials += locate(walk.family, points, RANGE)
     points, specials, met = with_asked(walk.family, points, specials, asked)
     sign = -1 if walk.side < 0 else 1
-    return Part(walk.family, points, specials, walk.state_at, ended, sign), met
+    return WalkedSide(walk.family, points, specials, walk.state_at, ended, sign), met
 
 
 def _trivial(closure: Closure, window: tuple[float, float], points: int) -> Trivial:

@@ -31,7 +31,7 @@ _REACH = (40.0, 2000.0)
 MOST_BETA0 = 1e5
 
 
-class Shape(NamedTuple):
+class SeriesShape(NamedTuple):
     """Scaled fields of a state, those of (9) and (10), with the curvature theta'."""
 
     theta: np.ndarray
@@ -217,7 +217,7 @@ class UniformSeries:
             )
         return float(sigma)
 
-    def fields(self, xi: Any, a: float, beta0: float) -> Shape:
+    def fields(self, xi: Any, a: float, beta0: float) -> SeriesShape:
         """All fields of the state at (a, beta0), at the points ``xi`` of [0, 1]."""
         sums = self._sums(a, beta0)
         grid = Grid.gauss(NODES)
@@ -225,7 +225,7 @@ class UniformSeries:
         T, K, m, V = grid.evaluate(sums[[0, 1, 3, 4]], xi)
         alpha1 = a * beta0
         y, tip = alpha1 * V, alpha1 * grid.evaluate(sums[4], 0.0)
-        return Shape(alpha1 * T, alpha1 * K, (beta0 + alpha1) * (tip - y), alpha1 * m, y)
+        return SeriesShape(alpha1 * T, alpha1 * K, (beta0 + alpha1) * (tip - y), alpha1 * m, y)
 
     def theta(self, xi: Any, a: float, beta0: float) -> np.ndarray:
         """theta(xi)."""

@@ -35,7 +35,7 @@ class Value(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class _Terms:
     """All terms c (beta0 + alpha1)^p alpha1^q of lambda, degree by degree.
 
     Parameters
@@ -57,7 +57,7 @@ class _Table:
     summed: int
 
     @classmethod
-    def of(cls, modes: Modes, order: int) -> _Table:
+    def of(cls, modes: Modes, order: int) -> _Terms:
         """Sort the coefficients of an order and its guard degrees."""
         j, k = (index[1:] for index in np.tril_indices(order + GUARD + 1))
         p, q = j - k, j + k
@@ -83,7 +83,7 @@ def _powers(x: float, highest: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SeriesCurve:
     """The series of one order as a function to solve with."""
 
     series: UniformSeries
@@ -97,8 +97,8 @@ class Curve:
         return j - k, j + k, curls @ (grid.weights * grid.xi), curls  # as T(1) = T'(1) = 0
 
     @cached_property
-    def _table(self) -> _Table:
-        return _Table.of(self.series.modes, self.series.order)
+    def _table(self) -> _Terms:
+        return _Terms.of(self.series.modes, self.series.order)
 
     def __call__(self, alpha1: float, beta0: float) -> Value:
         """Sum lambda and its derivatives."""
@@ -136,6 +136,6 @@ class Curve:
 
 
 @lru_cache(maxsize=4)
-def curve(order: int) -> Curve:
+def curve(order: int) -> SeriesCurve:
     """Return the series of this order, computed once."""
-    return Curve(uniform_series(order))
+    return SeriesCurve(uniform_series(order))

@@ -16,7 +16,7 @@ from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
 from peel_opt.residual.closures import Closure
-from peel_opt.studies.calibrate.chart import Chart, States
+from peel_opt.studies.calibrate.chart import Chart, ChartStates
 from peel_opt.studies.calibrate.linear import LinearModel
 from peel_opt.studies.calibrate.problem import watched
 from peel_opt.studies.calibrate.start import begun
@@ -252,7 +252,7 @@ def test_gradients_on_the_chart_are_those_of_differences(law: po.CohesiveLaw) ->
     branch.reach("LP-pressure")
     chart, log_r, h = Chart(law, 16), math.log(0.75), 1e-4
     points = [p for p in branch.points[1:] if p.scalars.A > 0.05]
-    here = chart.at(States.at_points(points), log_r, np.array([p.scalars.A + 1e-3 for p in points]))
+    here = chart.at(ChartStates.at_points(points), log_r, np.array([p.scalars.A + 1e-3 for p in points]))
     moved = {
         name: [
             chart.at(here, log_r + sign * h * (name == "r"), here.A + sign * h * (name == "A"))

@@ -190,7 +190,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Answer:
+class AnswerText:
     """The answered state in numbers and words."""
 
     headline: str

@@ -14,7 +14,7 @@ from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
 from .diagram_panel import diagram_panel, is_drawn, units
 from .loop_panel import lambda_loop, pressure_loop
-from .panels import Answer, DiagramPanel, LoopPanel, Part, PotentialPanel, RodPanel
+from .panels import AnswerText, DiagramPanel, LoopPanel, Part, PotentialPanel, RodPanel
 from .potential_panel import Landscape, landscape, off_by, potential_panel, too_far
 from .quick_walks import QuickBranch, quick_groups, quick_rod
 from .rod_panel import adhered_panel, rod_panel
@@ -35,7 +35,7 @@ class Scene:
     full : bool
         Whether it was solved and traced to the accuracy asked for; otherwise it is what could be
         had while a slider moved.
-    answer : Answer or None
+    answer : AnswerText or None
     rod : RodPanel or None
         None where the state does not exist.
     diagram : DiagramPanel
@@ -61,7 +61,7 @@ class Scene:
 
     state: State
     full: bool
-    answer: Answer | None
+    answer: AnswerText | None
     rod: RodPanel | None
     diagram: DiagramPanel
     potential: PotentialPanel | None

@@ -9,7 +9,7 @@ from ...base.units import display_with_error, told_apart
 from ...equilibria.result import Equilibrium
 from ...model.labels import FLAGS
 from .curves import Curve
-from .panels import Answer
+from .panels import AnswerText
 from .potential_panel import Landscape
 from .state import State
 
@@ -25,7 +25,7 @@ OFF_BRANCH = "This state is not on the branch that leaves T."
 _OFF = 0.02
 
 
-def answer_of(eq: Equilibrium) -> Answer:
+def answer_of(eq: Equilibrium) -> AnswerText:
     """Return the answer in numbers, with the units of its rod."""
     if eq.rod is not None and not eq.rod.dimensionless:
         asked = "pressure" if eq.answered == "pressure_ratio" else "length"
@@ -42,7 +42,7 @@ def answer_of(eq: Equilibrium) -> Answer:
     pairs = [("β₀", eq.beta0), ("λ", eq.lam), ("α₁", eq.alpha1)]
     if eq.beta0:
         pairs += [("p/T₀", eq.pressure_ratio), ("s̄/η", eq.length_ratio), ("η/y₀", eq.ratio)]
-    return Answer(
+    return AnswerText(
         headline=headline,
         numbers=tuple((name, f"{value:.6g}") for name, value in pairs),
         label=eq.state,

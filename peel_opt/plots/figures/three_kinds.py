@@ -19,7 +19,7 @@ BETA0 = 4.0
 
 
 @dataclass(frozen=True)
-class Kind:
+class Row:
     """A row of the figure.
 
     Parameters
@@ -35,9 +35,9 @@ class Kind:
 
 
 KINDS = (
-    Kind(-0.24, "lower", "acceptable: $0 \\leq y \\leq y_0$"),
-    Kind(0.25, "lower", "not physical: $y > y_0$ near the tip"),
-    Kind(0.25, "spurious", "not physical: $y < 0$"),
+    Row(-0.24, "lower", "acceptable: $0 \\leq y \\leq y_0$"),
+    Row(0.25, "lower", "not physical: $y > y_0$ near the tip"),
+    Row(0.25, "spurious", "not physical: $y < 0$"),
 )
 
 
@@ -64,7 +64,7 @@ def figure_3(points: int = 200) -> Figure:
     return figure
 
 
-def solved(kind: Kind) -> Equilibrium:
+def solved(kind: Row) -> Equilibrium:
     """Return the equilibrium of a row."""
     return equilibrium(beta0=BETA0, lam=kind.lam, state=kind.state)
 

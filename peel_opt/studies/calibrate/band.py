@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...model.labels import fits
-from .chart import States
-from .pairs import Curve, Pairs, scales
+from .chart import ChartStates
+from .pairs import BranchSpline, Pairs, scales
 from .start import branch_of
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ def band(fit: Calibration) -> tuple[np.ndarray, np.ndarray | None]:
     """
     chart, (scale, log_r) = fit.problem.chart, scales(fit.fitted.q)
     branch = branch_of(chart.law, fit.rod.ratio)
-    walked = States.at_points([p for p in branch.points if p.scalars.m != 0.0])
-    whole = Curve.through(chart.at(walked, log_r, walked.A, halvings=1))
+    walked = ChartStates.at_points([p for p in branch.points if p.scalars.m != 0.0])
+    whole = BranchSpline.through(chart.at(walked, log_r, walked.A, halvings=1))
     wanted = {o.state for o in fit.observations}
     lines = np.flatnonzero([any(fits(label, state) for state in wanted) for label in whole.labels])
     ends = whole.polyline[0]

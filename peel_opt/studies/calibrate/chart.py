@@ -35,13 +35,13 @@ WIDTH = 1e-3
 #: How often the way to a state is halved before it counts as out of reach.
 MOST_HALVINGS = 5
 
-#: Fields of `States`: lists, numbers of shape (n, 2), and all arrays.
+#: Fields of `ChartStates`: lists, numbers of shape (n, 2), and all arrays.
 LISTS, NUMBERS = ("problems", "x", "rates"), ("numbers", "by_r", "by_A", "by_AA")
 ARRAYS = ("log_r", "A", *NUMBERS)
 
 
 @dataclass(frozen=True, eq=False)
-class States:
+class ChartStates:
     """Some states and their neighbourhood on the chart, to first order in log r, second in A.
 
     Parameters
@@ -85,7 +85,7 @@ class States:
         chosen: dict[str, Any] = {name: [getattr(self, name)[i] for i in rows] for name in LISTS}
         return replace(self, **chosen, **{name: getattr(self, name)[rows] for name in ARRAYS})
 
-    def put(self, rows: np.ndarray, others: States) -> Self:
+    def put(self, rows: np.ndarray, others: ChartStates) -> Self:
         """Return the states with some of them replaced."""
         merged: dict[str, Any] = {name: list(getattr(self, name)) for name in LISTS}
         merged |= {name: getattr(self, name).copy() for name in ARRAYS}
@@ -155,13 +155,15 @@ class Chart:
         """The branch of one rod."""
         return Family(self.law, Spectral(self.nodes), Closure("ratio", float(np.exp(log_r))))
 
-    def at(self, start: States, log_r: float, A: np.ndarray, halvings: int = MOST_HALVINGS) -> States:
+    def at(
+        self, start: ChartStates, log_r: float, A: np.ndarray, halvings: int = MOST_HALVINGS
+    ) -> ChartStates:
         """Return the states of a rod at some tip angles, each from a state nearby."""
         solved_at = np.clip(A, self.floor, HIGHEST)
         found = self._solved(start, log_r, solved_at, halvings)
         return found if np.array_equal(solved_at, A) else found.moved(A, log_r)
 
-    def _solved(self, start: States, log_r: float, A: np.ndarray, halvings: int) -> States:
+    def _solved(self, start: ChartStates, log_r: float, A: np.ndarray, halvings: int) -> ChartStates:
         found = start.lost(A, log_r)
         lost = []
         groups: dict[int, list[int]] = {}
@@ -184,7 +186,7 @@ class Chart:
             found = found.put(row, self._one(start.take(row), log_r, A[row], halvings))
         return found
 
-    def _one(self, start: States, log_r: float, A: np.ndarray, halvings: int) -> States:
+    def _one(self, start: ChartStates, log_r: float, A: np.ndarray, halvings: int) -> ChartStates:
         """Solve for one state, with the phases the law asks for, by shorter ways where it does not go."""
         solved = self.family(log_r).solve(start.profile(0), Closure("amplitude", float(A[0])))
         if solved is not None:
@@ -202,7 +204,7 @@ class Chart:
 
     def _expanded(
         self, problem: Discretisation, guess: np.ndarray, log_r: float, A: np.ndarray
-    ) -> tuple[States, np.ndarray]:
+    ) -> tuple[ChartStates, np.ndarray]:
         """Correct a stack of guesses on one mesh and differentiate; also which of them are states."""
         r = float(np.exp(log_r))
         closing: list[tuple[Closing, ...]] = [
@@ -217,7 +219,7 @@ class Chart:
         bend = _curvatures(problem, x, rates[:, :, 1], closing)
         numbers, by_r, by_A, by_AA = _numbers(x, rates, bend)
         good &= np.all(np.isfinite(np.hstack([numbers, by_r, by_A, by_AA])), axis=1)
-        states = States(
+        states = ChartStates(
             [problem] * len(x), list(x), list(rates), np.full(len(x), log_r), A, numbers, by_r, by_A, by_AA
         )
         return states, np.asarray(good, bool)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...model.rod import RATIOS, Rod
-from .chart import States
+from .chart import ChartStates
 from .pairs import GROUPS, scales
 
 #: Largest change of a logarithm: no material number is looked for further than a factor 1e8 away.
@@ -23,7 +23,7 @@ class Fitted:
     ----------
     q : ndarray, shape (3,)
         Logarithms of k, T0 and y0 in SI units.
-    states : States
+    states : ChartStates
         In the order of the observations.
     origins : ndarray, shape (n,)
         x of the detachment point of each [m].
@@ -36,7 +36,7 @@ class Fitted:
     """
 
     q: np.ndarray
-    states: States
+    states: ChartStates
     origins: np.ndarray
     directions: np.ndarray
     deviance: float = math.nan

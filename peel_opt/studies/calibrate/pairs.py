@@ -14,7 +14,7 @@ import numpy as np
 
 from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
-from .chart import HIGHEST, States
+from .chart import HIGHEST, ChartStates
 from .data import Observation
 
 #: d(log eta, log T0, log r)/d(log k, log T0, log y0).
@@ -104,7 +104,7 @@ class Pairs:
             reach = np.where(better, LONGEST, 0.25 * np.abs(step))
         return A
 
-    def pulls(self, states: States, scale: np.ndarray) -> Pulls:
+    def pulls(self, states: ChartStates, scale: np.ndarray) -> Pulls:
         """Return the residuals of the states expanded at their feet, with derivatives."""
         unit = scale / self.sds
         along = states.by_A * unit
@@ -144,19 +144,19 @@ class Pulls:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class BranchSpline:
     """The branch of one rod as a smooth curve through solved states, quintic between them.
 
     Parameters
     ----------
-    nodes : States
+    nodes : ChartStates
         In order of A, the first at T.
     """
 
-    nodes: States
+    nodes: ChartStates
 
     @classmethod
-    def through(cls, nodes: States) -> Curve:
+    def through(cls, nodes: ChartStates) -> BranchSpline:
         """Return the curve through those of some states that exist."""
         return cls(nodes.take(np.flatnonzero(np.all(np.isfinite(nodes.numbers), axis=1))))
 
@@ -171,12 +171,12 @@ class Curve:
             for d in range(3)
         )
 
-    def beside(self, A: np.ndarray) -> States:
+    def beside(self, A: np.ndarray) -> ChartStates:
         """Return the nodes nearest to some tip angles."""
         places = self.nodes.A
         return self.nodes.take(np.argmin(np.abs(places - A[:, None]), axis=1))
 
-    def states(self, A: np.ndarray) -> States:
+    def states(self, A: np.ndarray) -> ChartStates:
         """Return states with the numbers of the curve at some tip angles, and unknowns of nodes nearby."""
         near = self.beside(A)
         numbers, by_A, by_AA = self.expand(A)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .chart import HIGHEST, Chart, States
+from .chart import HIGHEST, Chart, ChartStates
 from .data import Observation
 from .linear import Seen, pseudo_huber
 from .pairs import GROUPS, Pairs
@@ -26,7 +26,7 @@ class Picture:
 
     Parameters
     ----------
-    state : States
+    state : ChartStates
         Of length 1.
     origin : float
         x of the detachment point [m].
@@ -43,7 +43,7 @@ class Picture:
         Points that have the tip itself as their foot.
     """
 
-    state: States
+    state: ChartStates
     origin: float
     r: np.ndarray
     items: np.ndarray
@@ -57,7 +57,7 @@ class Picture:
     def at(
         cls,
         observation: Observation,
-        state: States,
+        state: ChartStates,
         origin: float,
         scale: np.ndarray,
         hard: float,
@@ -109,7 +109,7 @@ def best_picture(
     chart: Chart,
     log_r: float,
     scale: np.ndarray,
-    near: tuple[States, float],
+    near: tuple[ChartStates, float],
     hard: float,
     delta: float | None,
 ) -> Picture:

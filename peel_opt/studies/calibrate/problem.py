@@ -20,11 +20,11 @@ import numpy as np
 from ...base.errors import NotConverged
 from ...base.progress import progress
 from ...model.rod import RATIOS
-from .chart import Chart, States
+from .chart import Chart, ChartStates
 from .data import Observation
 from .fitted import Fitted, coordinates
 from .linear import LinearModel, Seen, pseudo_huber
-from .pairs import HARD, SOFT, Curve, Pairs, Pulls, scales
+from .pairs import HARD, SOFT, BranchSpline, Pairs, Pulls, scales
 from .pictures import Picture, best_picture
 
 #: How far log r may go, and A, on one expansion; and the move after which it need not be renewed.
@@ -117,20 +117,22 @@ class Problem:
 
     # --- minimising ------------------------------------------------------------------------
 
-    def along_curves(self, start: Fitted, nodes: States, hard: float = SOFT) -> tuple[Fitted, States]:
+    def along_curves(
+        self, start: Fitted, nodes: ChartStates, hard: float = SOFT
+    ) -> tuple[Fitted, ChartStates]:
         """Minimise over rods whose whole curve is followed; also return the nodes of the last.
 
         Good to what interpolation between the nodes is good to, and exact numbers are soft.
         """
         rows, pairs = self.rows[0], self.pairs(hard)
 
-        def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
+        def evaluate(q: np.ndarray) -> tuple[Pulls, ChartStates]:
             nonlocal nodes
             scale, log_r = scales(q)
             if not len(rows):
                 return pairs.pulls(start.states.take(rows), scale), start.states.take(rows)
             nodes = self.chart.at(nodes, log_r, nodes.A, halvings=1)
-            curve = Curve.through(nodes)
+            curve = BranchSpline.through(nodes)
             if len(curve.nodes) < 2:  # nothing of the last curve leads to this rod
                 nowhere = start.states.take(rows)
                 nowhere = nowhere.lost(nowhere.A, log_r)
@@ -147,7 +149,7 @@ class Problem:
         if not len(rows):
             return found, nodes
         states = found.states.take(rows)
-        exact = self.chart.at(Curve.through(nodes).beside(states.A), scales(found.q)[1], states.A)
+        exact = self.chart.at(BranchSpline.through(nodes).beside(states.A), scales(found.q)[1], states.A)
         return replace(found, states=found.states.put(rows, exact)), nodes
 
     def exactly(self, start: Fitted) -> Fitted | None:
@@ -170,7 +172,7 @@ class Problem:
                 return at
         latest = start.states.take(rows)
 
-        def evaluate(q: np.ndarray) -> tuple[Pulls, States]:
+        def evaluate(q: np.ndarray) -> tuple[Pulls, ChartStates]:
             nonlocal latest
             _, near = self._expanded(latest, q)
             exact = self.chart.at(latest, scales(q)[1], near.A)
@@ -184,7 +186,7 @@ class Problem:
         found = self._descend(start, evaluate, HARD, tol=1e-14)
         return replace(found, iterations=tried + found.iterations)
 
-    def _expanded(self, states: States, q: np.ndarray) -> tuple[Pulls, States]:
+    def _expanded(self, states: ChartStates, q: np.ndarray) -> tuple[Pulls, ChartStates]:
         """Return the pairs at a rod nearby, their feet on the expansions of some states."""
         pairs, (scale, log_r) = self.pairs(), scales(q)
         A = pairs.feet(lambda A: states.expanded(A, log_r), states.A, scale, SPAN)
@@ -194,7 +196,7 @@ class Problem:
     def _descend(
         self,
         start: Fitted,
-        evaluate: Callable[[np.ndarray], tuple[Pulls, States]],
+        evaluate: Callable[[np.ndarray], tuple[Pulls, ChartStates]],
         hard: float,
         tol: float,
         span: float = math.inf,

@@ -46,7 +46,7 @@ class BetterFit(NotConverged):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Profile(Columns):
+class LikelihoodProfile(Columns):
     """A profile likelihood.
 
     Parameters
@@ -66,7 +66,7 @@ class Profile(Columns):
     others: dict[str, np.ndarray]
 
 
-def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
+def profile(fit: Calibration, index: int, points: int, width: float) -> LikelihoodProfile:
     """Return the profile of a free number, see `Calibration.profile`."""
     points, width = whole("points", points, 3, MOST_POINTS), positive("width", width)
     place = MATERIAL.index(fit.free[index])
@@ -87,7 +87,7 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Profile:
                 found[float(offset)] = at
     ordered = [found[float(offset)] for offset in offsets]
     numbers = {name: np.exp([f.q[i] for f in ordered]) for i, name in enumerate(MATERIAL)}
-    return Profile(
+    return LikelihoodProfile(
         name=fit.free[index],
         values=numbers[fit.free[index]],
         deviance=np.array([f.deviance - fit.deviance for f in ordered]),

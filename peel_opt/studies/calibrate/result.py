@@ -19,7 +19,7 @@ from .data import Observation
 from .fitted import Fitted
 from .linear import chance
 from .problem import Problem
-from .profile import Profile, interval, profile
+from .profile import LikelihoodProfile, interval, profile
 from .record import fit_columns, fit_record
 from .words import Combination
 
@@ -166,7 +166,7 @@ class Calibration:
 
     # --- beyond the covariance -----------------------------------------------------------
 
-    def profile(self, name: str, *, points: int = 11, width: float = 3.0) -> Profile:
+    def profile(self, name: str, *, points: int = 11, width: float = 3.0) -> LikelihoodProfile:
         """Profile likelihood of a free number: the other numbers fitted again at each value.
 
         Parameters

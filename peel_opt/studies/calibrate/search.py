@@ -11,11 +11,11 @@ from ...base.errors import NotConverged, PeelOptError
 from ...equilibria.result import Equilibrium
 from ...model.labels import fits
 from ...model.rod import RATIOS, Rod, require_ratio
-from .chart import Chart, States
+from .chart import Chart, ChartStates
 from .data import Observation
 from .fitted import Fitted
 from .linear import chance
-from .pairs import Curve, scales
+from .pairs import BranchSpline, scales
 from .problem import Problem
 from .start import begun, coarse_rods
 from .states import resolved
@@ -109,7 +109,7 @@ def _trial(rod: Rod, problem: Problem) -> Trial:
         return _refined(problem, *_solved(problem, replace(start, directions=directions), nodes))
 
 
-def _determined(problem: Problem, start: Fitted, nodes: States) -> np.ndarray:
+def _determined(problem: Problem, start: Fitted, nodes: ChartStates) -> np.ndarray:
     """Directions of the free logarithms that the data determine at a start, to first order."""
     nothing = replace(start, directions=start.directions[:, :0])
     near, _ = problem.along_curves(nothing, nodes)
@@ -119,7 +119,7 @@ def _determined(problem: Problem, start: Fitted, nodes: States) -> np.ndarray:
     return vt[known].T
 
 
-def _solved(problem: Problem, start: Fitted, nodes: States) -> tuple[Fitted, States]:
+def _solved(problem: Problem, start: Fitted, nodes: ChartStates) -> tuple[Fitted, ChartStates]:
     """Minimise along curves, then exactly, with every pair on the part of its curve nearest to it."""
     near, nodes = problem.along_curves(start, nodes)
     fitted = problem.exactly(near)
@@ -134,12 +134,12 @@ def _solved(problem: Problem, start: Fitted, nodes: States) -> tuple[Fitted, Sta
     raise NotConverged("the states of the observations do not settle.", remedy="Give a rod to start from.")
 
 
-def _nearer(problem: Problem, fitted: Fitted, nodes: States) -> Fitted | None:
+def _nearer(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Fitted | None:
     """Return a fit with its pairs moved to where their curve is nearer; None if none is."""
     rows, scale = problem.rows[0], scales(fitted.q)[0]
     if not len(rows):
         return None
-    curve = Curve.through(problem.chart.at(nodes, scales(fitted.q)[1], nodes.A, halvings=1))
+    curve = BranchSpline.through(problem.chart.at(nodes, scales(fitted.q)[1], nodes.A, halvings=1))
     pairs, states = problem.pairs(), fitted.states.take(rows)
     own = (pairs.residuals(states.numbers, scale) ** 2).sum(axis=1)
     A, cost = curve.nearest(pairs, scale)
@@ -163,7 +163,7 @@ def _require_minimum(problem: Problem, fitted: Fitted) -> None:
         raise NotConverged(f"the fit stops {left:.1e} standard deviations before its minimum.")
 
 
-def _refined(problem: Problem, fitted: Fitted, nodes: States) -> Trial:
+def _refined(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Trial:
     """Solve on finer meshes until the public functions agree with the fitted states."""
     best: Trial | None = None
     failure: PeelOptError | None = None

@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import legvander
 
 from ...residual.discretisation import Discretisation
 from ...residual.spectral import gauss, integration_matrix, values_matrix
-from .chart import States
+from .chart import ChartStates
 from .data import Observation
 
 #: Gauss nodes of each phase from which a shape is integrated, and lines by which it is looked through.
@@ -42,13 +42,13 @@ class Misses:
     beyond_tip: int
 
 
-def misses(observation: Observation, state: States, eta: float, origin: float) -> Misses:
+def misses(observation: Observation, state: ChartStates, eta: float, origin: float) -> Misses:
     """Return how far the points of an observation are from its one state.
 
     Parameters
     ----------
     observation : Observation
-    state : States
+    state : ChartStates
         Of length 1.
     eta : float
         [m].
@@ -99,7 +99,7 @@ class _Shape:
     d_angles: np.ndarray
 
     @classmethod
-    def of(cls, state: States) -> _Shape:
+    def of(cls, state: ChartStates) -> _Shape:
         problem, x, rates = state.problems[0], state.x[0], state.rates[0]
         field, jacobian = (part.full() for part in _fields(problem)(x))
         A, phases = x[-4], len(problem.phases)

@@ -20,7 +20,7 @@ from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
 from ...residual.closures import Closure
 from ...residual.shape import sample_shape
-from .chart import HIGHEST, States
+from .chart import HIGHEST, ChartStates
 from .data import Observation
 from .fitted import Fitted
 from .pairs import logarithms
@@ -43,7 +43,7 @@ def branch_of(law: CohesiveLaw, ratio: float) -> PrimaryBranch:
     return branch
 
 
-def begun(rod: Rod, problem: Problem) -> tuple[Fitted, States]:
+def begun(rod: Rod, problem: Problem) -> tuple[Fitted, ChartStates]:
     """Return a rod as the start of a fit, pictures at their best points, and the nodes of its curve.
 
     Raises
@@ -58,7 +58,7 @@ def begun(rod: Rod, problem: Problem) -> tuple[Fitted, States]:
     # At the contact itself the system is singular.
     points = [p for p in branch.points if p.scalars.m != 0.0 and last >= p.scalars.A] or branch.points[:1]
     points += branch.points[1:2] if len(points) < 2 else []
-    nodes = States.at_points(points)
+    nodes = ChartStates.at_points(points)
     nodes.A[0] = 0.0
     labels = [branch.state_at(p.arclength) for p in points]
     chosen = []
