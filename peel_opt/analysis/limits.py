@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
-import casadi as ca
 import numpy as np
 
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, PeelOptError
@@ -21,9 +20,8 @@ from ..continuation.special import Located
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.rod import require_ratio
-from ..residual.arclength import chart
-from ..residual.closures import Closure, rows, sensitivity_to_given
-from ..residual.newton import factorised
+from ..residual.closures import Closure, Plane
+from ..residual.linear import Linearised, rate
 from .flaws import MESHES, minimum_pressure
 from .maxwell_derivative import maxwell_gradient
 from .surface import Gradient
@@ -82,19 +80,9 @@ def _at_fold(ratio: float, law: CohesiveLaw, which: str, mesh: int) -> tuple[flo
     branch = PrimaryBranch(family)
     point = FOLDS[which](branch).point
     read: Callable[[Scalars], float] = PRESSURE if which == "readhesion_pressure" else LENGTH
-    problem, x = point.problem, point.x
-    closure = (family.closure,)
-    _, jacobian = problem.linearise(x)
-    _, family_row = rows(*closure)(x[-4:])
-    _, metric = chart(x[-4:])
-    border = np.vstack([family_row, (metric @ point.tangent[-4:]) @ metric])
-    right = np.zeros(problem.size)
-    right[-2] = -sensitivity_to_given(closure, x[-4:])[0, 0]
-    change = factorised(jacobian, border).solve(right)
-    s = ca.SX.sym("s", 4)
-    number = ca.Function("number", [s], [read(Scalars(*ca.vertsplit(s)))])
-    slope = number.jacobian()(x[-4:], 0.0).full().ravel() @ change[-4:]
-    return float(read(point.scalars)), float(slope)
+    at = Linearised.at(point.problem, point.x, family.closure, Plane.facing(point.direction))
+    change = at.response()[point.problem.tail, 0]
+    return float(read(point.scalars)), rate(read, point.tail, change)
 
 
 def PRESSURE(s: Scalars) -> float:

@@ -25,8 +25,9 @@ from ..base.threads import one_thread
 from ..continuation.primary import PrimaryBranch
 from ..model.equations import PI4
 from ..model.rod import require_ratio
-from ..residual.closures import Closure, rows, sensitivity_to_given
-from ..residual.newton import correct, factorised
+from ..residual.closures import Closure
+from ..residual.linear import Linearised
+from ..residual.newton import correct
 from .branch_potential import points_potential
 from .design_relations import LEAST_RATIO, maxwell_length
 from .maxwell import walk_round_the_fold
@@ -163,8 +164,6 @@ def _state(walk: PrimaryBranch, alpha1: float) -> tuple[float, float, float]:
     if not solved.converged:
         raise NotConverged(f"the branch was lost at alpha1 = {alpha1:.6g}.")
     x = solved.x
-    right = np.zeros((problem.size, 2), order="F")
-    right[-2:] = -sensitivity_to_given(given, x[-4:])
-    _, border = rows(*given)(x[-4:])
-    by_sigma, by_alpha1 = factorised(problem.linearise(x)[1], border).solve(right)[-1]
-    return float(x[-1]), float(by_alpha1), float(by_sigma) / (3.0 * walk.family.closure.value**2)
+    lam = problem.column("lam")
+    by_sigma, by_alpha1 = Linearised.at(problem, x, *given).response()[lam]
+    return float(x[lam]), float(by_alpha1), float(by_sigma) / (3.0 * walk.family.closure.value**2)

@@ -16,16 +16,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from ..base.errors import AtFold, NotConverged
 from ..base.threads import one_thread
 from ..model.equations import Scalars
 from ..residual.arclength import chart
-from ..residual.closures import Closure, rows, sensitivity_to_given
+from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
-from ..residual.newton import correct, factorised
+from ..residual.linear import Linearised
+from ..residual.linear import gradient as by_scalars
+from ..residual.newton import correct
 from ..residual.rounding import response
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
@@ -142,34 +143,32 @@ def _plane(
             remedy="Compute the equilibrium with a smaller tol; where the tip has come down on the plate,"
             " take a state short of that.",
         )
-    x = correction.x
-    here, along = _responses(problem, x, given)
-    gradient = _read_gradient(read, x[-4:])
-    unit, weight = _unit(x, along)
-    own = response(problem, correction, given, lambda s: weight @ np.array([s.A, s.m, s.sigma, s.lam]))
-    moved = x + own.rounding * unit
-    there, _ = _responses(problem, moved, given)
-    exact = gradient @ here[-4:]
-    change = np.abs(_read_gradient(read, moved[-4:]) @ there[-4:] - exact)
+    x, tail = correction.x, problem.tail
+    at = Linearised.at(problem, x, *given)
+    exact = _moves(at, given, read)
+    unit = at.tangent()
+    along = (chart(at.tail)[1] @ unit[tail]) @ chart(at.tail)[1]
+    own = response(problem, correction, given, lambda s: along @ np.array(s.values))
+    there = Linearised.at(problem, x + own.rounding * unit, *given)
+    change = np.abs(_moves(there, given, read) - exact)
     return _Plane(transcription, problem.profile(x), problem.scalars(x), exact, change)
 
 
-def _responses(
-    problem: Discretisation, x: np.ndarray, given: tuple[Closure, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """dx/d(given), shape (n, 2), and the direction of the branch along which the first stays."""
-    _, jacobian = problem.linearise(x)
-    _, border = rows(*given)(x[-4:])
-    right = np.zeros((len(x), 2), order="F")
-    right[-2:] = -sensitivity_to_given(given, x[-4:])
-    if given[0].kind == "length" and given[0].value == 0.0:
-        right[:, 0] = 0.0
-        right[:-2, 0] = -strength_column(problem, x)
+def _moves(at: Linearised, given: tuple[Closure, ...], read: Callable[[Scalars], float]) -> np.ndarray:
+    """Derivatives of a number by those given, shape (2,)."""
+    return by_scalars(read, at.tail) @ _responses(at, given)[at.problem.tail]
+
+
+def _responses(at: Linearised, given: tuple[Closure, ...]) -> np.ndarray:
+    """dx/d(given), shape (n, 2); at beta0 = 0 the first is by beta0."""
     try:
-        found = factorised(jacobian, border).solve(right)
+        moves = at.response()
+        if given[0] == Closure("length", 0.0):
+            right = np.append(-strength_column(at.problem, at.x), np.zeros(len(at.border)))
+            moves[:, 0] = at.factors.solve(right)
     except (np.linalg.LinAlgError, RuntimeError):
         raise _at_fold(given) from None
-    return found, found[:, 1]
+    return moves
 
 
 def strength_column(problem: Discretisation, x: np.ndarray) -> np.ndarray:
@@ -178,32 +177,19 @@ def strength_column(problem: Discretisation, x: np.ndarray) -> np.ndarray:
     The spectral residual of the linear law is affine in beta0, so a difference is exact.
     """
     ahead, behind = x.copy(), x.copy()
-    ahead[-2], behind[-2] = 1.0, -1.0  # beta0 = 1 and -1
+    sigma = problem.column("sigma")
+    ahead[sigma], behind[sigma] = 1.0, -1.0  # beta0 = 1 and -1
     return 0.5 * (problem.residual(ahead) - problem.residual(behind))
-
-
-def _unit(x: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Scale a direction to length 1 in the chart; with the weights that read this length off scalars."""
-    _, metric = chart(x[-4:])
-    unit = along / np.linalg.norm(metric @ along[-4:])
-    return unit, (metric @ unit[-4:]) @ metric
-
-
-def _read_gradient(read: Callable[[Scalars], float], scalars: np.ndarray) -> np.ndarray:
-    """Gradient of a number with respect to the four scalars."""
-    s = ca.SX.sym("s", 4)
-    expression = read(Scalars(*ca.vertsplit(s)))
-    return ca.Function("read", [s], [ca.densify(ca.gradient(expression, s))])(scalars).full().ravel()
 
 
 def _turns(problem: Discretisation, x: np.ndarray, given: tuple[Closure, ...]) -> bool:
     """Whether the second given number hardly moves along the branch at this guess."""
+    at = Linearised.at(problem, x, *given)
     try:
-        _, along = _responses(problem, x, given)
+        along = _responses(at, given)[problem.tail, 1]
     except AtFold:
         return True
-    _, metric = chart(x[-4:])
-    return bool(np.linalg.norm(metric @ along[-4:]) > 1e6)
+    return bool(np.linalg.norm(chart(at.tail)[1] @ along) > 1e6)
 
 
 def _at_fold(given: tuple[Closure, ...]) -> AtFold:

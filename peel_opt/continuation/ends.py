@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..residual.closures import Closure, Plane, rows
+from ..residual.closures import Closure, Plane
 from .family import Family
 from .points import Point
 from .primary import Candidate, PrimaryBranch, crossings
@@ -54,10 +54,9 @@ def sharpened(branch: PrimaryBranch, located: Located) -> Sharpened | None:
 
 def beside_folds(branch: PrimaryBranch, given: Closure) -> list[Candidate]:
     """States that a question has beside a fold, where the mesh of the walk may not see them."""
-    miss = rows(given)
     found: list[Candidate] = []
     for located in branch.folds:
-        off = abs(float(miss(located.point.x[-4:])[0][0])) / (1.0 + abs(given.value))
+        off = abs(located.point.miss(given)) / (1.0 + abs(given.value))
         fold = sharpened(branch, located) if off < BESIDE else None
         if fold is not None:
             found += crossings(fold.family, fold.points, given, branch.state_at)

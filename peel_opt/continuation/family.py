@@ -15,13 +15,12 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..model.bond import CohesiveLaw
 from ..model.equations import PI4, Scalars, kernel
-from ..residual import closures
-from ..residual.arclength import chart
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
-from ..residual.newton import Correction, correct, factorised
+from ..residual.linear import Linearised
+from ..residual.newton import Correction, correct
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
-from .points import Point, arclength_between
+from .points import Point, arclength_between, place_of
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
@@ -65,6 +64,11 @@ class Family:
     closure: Closure
     tip_free: bool = True
 
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """The closures that hold along the branch."""
+        return (self.closure,)
+
     def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
         """Correct from a profile, cutting the phases anew until they are those the law asks for.
 
@@ -74,7 +78,7 @@ class Family:
             fitted = without_empty_phases(profile) or profile
             plan = self.phases_of(fitted)
             problem = self.transcription.discretise(plan.phases)
-            result = correct(problem, problem.pack(fitted.rephased(plan.breaks)), (self.closure, other))
+            result = correct(problem, problem.pack(fitted.rephased(plan.breaks)), (*self.closures, other))
             if not result.converged:
                 return None
             profile = problem.profile(result.x)
@@ -96,22 +100,14 @@ class Family:
         self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
     ) -> Point:
         """Return the solution ``x`` with its unit tangent, on the side of the direction ``forward``."""
-        _, jacobian = problem.linearise(x)
-        _, family = closures.rows(self.closure)(x[-4:])
-        _, gradient = chart(x[-4:])
-        border = np.vstack([family, forward @ gradient])
-        right = np.zeros(problem.size)
-        right[-1] = 1.0
-        factors = factorised(jacobian, border)
-        tangent = factors.solve(right)
-        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-        return Point(problem, x, unit, arclength, iterations, factors.sign())
+        at = Linearised.at(problem, x, *self.closures, Plane.facing(forward))
+        return Point(problem, x, at.tangent(), arclength, iterations, at.sign())
 
     def step(self, here: Point, ds: float) -> Point | None:
         """Advance by ``ds`` along the tangent; None if the corrector fails."""
         plane = Plane.across(here.place, here.direction, ds)
         problem = here.problem
-        result = correct(problem, here.x + ds * here.tangent, (self.closure, plane))
+        result = correct(problem, here.x + ds * here.tangent, (*self.closures, plane))
         if not result.converged:
             return self._merge_step(here, plane, ds)
         if len(self.law.pieces) > 1:
@@ -160,18 +156,13 @@ class Family:
         Near a fold of the closure its Newton basin is tiny, so the bracket is narrowed by
         steps along the branch until a correction from its middle stays inside it.
         """
-        value = closures.rows(other)
-
-        def miss(p: Point) -> float:
-            return float(value(p.x[-4:])[0][0])
-
         low, high, shrink = here, there, 1.0
         least = max(LANDING_WIDTH, _resolution(there))
         while (span := high.arclength - low.arclength) > least and shrink > 1e-6:
-            a, b = miss(low), miss(high)
-            for start in sorted((low, high), key=lambda p: abs(miss(p))):
+            a, b = low.miss(other), high.miss(other)
+            for start in sorted((low, high), key=lambda p: abs(p.miss(other))):
                 found = self.solve(start.profile, other)
-                if found is not None and self.between(low, high, chart(found[1].x[-4:])[0]):
+                if found is not None and self.between(low, high, place_of(*found)):
                     return found
             share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
             middle = self.step(low, shrink * share * span)
@@ -179,7 +170,7 @@ class Family:
                 shrink *= 0.5
                 continue
             shrink = 1.0
-            low, high = (middle, high) if miss(middle) * a > 0.0 else (low, middle)
+            low, high = (middle, high) if middle.miss(other) * a > 0.0 else (low, middle)
         return None
 
     @staticmethod
@@ -274,7 +265,8 @@ def transition(family: Family, mode: int = 1) -> Point:
             f"the start of the branch of mode {mode} at {family.closure} was not found.",
             remedy="Try a finer transcription.",
         )
-    result.x[-4] = small  # not the rounding error of it: its sign would be read as a side
-    if abs(result.x[-1] - lam) < EXACT * (1.0 + abs(lam)):
-        result.x[-1] = lam
+    at_A, at_lam = problem.column("A"), problem.column("lam")
+    result.x[at_A] = small  # not the rounding error of it: its sign would be read as a side
+    if abs(result.x[at_lam] - lam) < EXACT * (1.0 + abs(lam)):
+        result.x[at_lam] = lam
     return family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, result.iterations)

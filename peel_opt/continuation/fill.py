@@ -16,12 +16,13 @@ import numpy as np
 
 from ..base.threads import one_thread
 from ..residual.arclength import chart
-from ..residual.closures import Closing, Closure, Plane, parameters, rows
+from ..residual.closures import Closing, Closure, Plane, parameters
 from ..residual.discretisation import Discretisation
+from ..residual.linear import Linearised
 from ..residual.newton import closed_system
-from ..residual.rounding import EPS, UNITS, adjoint, units_lost
+from ..residual.rounding import EPS, UNITS, units_lost
 from .family import Family, StepControl
-from .points import Point
+from .points import Point, place_of
 
 #: Steps of Newton's method between two neighbours; more mean that the guess was bad.
 MOST_STEPS = 4
@@ -100,7 +101,10 @@ def _interpolated(
         guesses.append(_hermite(here, there, share))
         owners += [number] * len(share)
     start = np.vstack(guesses)
-    closing: list[tuple[Closing, ...]] = [(family.closure, Closure("amplitude", float(x[-4]))) for x in start]
+    at_A = problem.column("A")
+    closing: list[tuple[Closing, ...]] = [
+        (family.closure, Closure("amplitude", float(x[at_A]))) for x in start
+    ]
     x, rates, steps, good = corrected(problem, start, closing)
     found: list[list[Point] | None] = [[] for _ in pairs]
     for i, number in enumerate(owners):
@@ -117,14 +121,14 @@ def _interpolated(
 def _hermite(here: Point, there: Point, share: np.ndarray) -> np.ndarray:
     """Unknowns at shares of the arclength between two points, shape (len(share), n)."""
     span = there.arclength - here.arclength
-    ends = np.array([here.x[-4], there.x[-4]])
-    amplitude = _cubic(share, ends[0], ends[1], span * here.tangent[-4], span * there.tangent[-4])
+    ends = np.array([here.scalars.A, there.scalars.A])
+    amplitude = _cubic(share, ends[0], ends[1], span * here.turn.A, span * there.turn.A)
     width = ends[1] - ends[0]
     # As functions of the tip angle the unknowns do not feel how the arclength was measured.
     at = ((amplitude - ends[0]) / width)[:, None]
-    before, after = (width * p.tangent / p.tangent[-4] for p in (here, there))
+    before, after = (width * p.tangent / p.turn.A for p in (here, there))
     guess = np.asarray(_cubic(at, here.x, there.x, before, after))
-    guess[:, -4] = amplitude
+    guess[:, here.problem.column("A")] = amplitude
     return guess
 
 
@@ -169,9 +173,10 @@ def corrected(
 
 def _placed(here: Point, there: Point, x: np.ndarray, rate: np.ndarray, steps: int) -> Point:
     """Return a solution as a point of the branch between its neighbours."""
-    place, gradient = chart(x[-4:])
-    tangent = rate if here.tangent[-4] > 0.0 else -rate
-    unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
+    tail = here.problem.tail
+    place, gradient = chart(x[tail])
+    tangent = rate if here.turn.A > 0.0 else -rate
+    unit = tangent / np.linalg.norm(gradient @ tangent[tail])
     # No branch is left between neighbours on the same side of all corners.
     orientation = here.orientation if here.orientation == there.orientation else 0
     return Point(here.problem, x, unit, here.arclength + here.ahead(place), steps, orientation)
@@ -249,7 +254,7 @@ def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarra
     values, jacobians = system.system.many(x, np.array([parameters(c) for c in closing]))
     gradients = np.array([p.chart[1] for p in points])
     weights = np.zeros((*x.shape, 4))
-    weights[:, -4:, :] = np.swapaxes(gradients, 1, 2)
+    weights[:, problem.tail, :] = np.swapaxes(gradients, 1, 2)
     try:
         # How the coordinates of the arclength respond to every equation.
         with one_thread:
@@ -264,14 +269,10 @@ def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarra
 
 def _rounding(family: Family, point: Point) -> float:
     """What rounding does to one point, on its own mesh, whether its algebra is dense or sparse."""
-    problem, x = point.problem, point.x
-    _, jacobian = problem.linearise(x)
-    _, border = rows(family.closure, Plane.across(point.place, point.direction))(x[-4:])
-    weights = np.zeros((len(x), 4))
-    weights[-4:] = point.chart[1].T
+    at = Linearised.at(point.problem, point.x, *family.closures, Plane.facing(point.direction))
     with one_thread:
-        response, sizes = adjoint(jacobian, border, weights, x)
-    lost = units_lost(problem, len(sizes)) * sizes
+        response, sizes = at.adjoint(point.chart[1].T), at.sizes
+    lost = units_lost(point.problem, len(sizes)) * sizes
     return EPS * float(np.linalg.norm(response * lost[:, None]))
 
 
@@ -280,4 +281,4 @@ def _solved_again(finer: Family, point: Point) -> float:
     found = finer.solve(point.profile, Plane.across(point.place, point.direction))
     if found is None:
         return np.inf
-    return float(np.linalg.norm(chart(found[1].x[-4:])[0] - point.place))
+    return float(np.linalg.norm(place_of(*found) - point.place))

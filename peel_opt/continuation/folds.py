@@ -24,40 +24,44 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..base.threads import one_thread
 from ..model.bond import LINEAR, CohesiveLaw
-from ..residual.arclength import chart
-from ..residual.closures import Closing, Closure, Plane
+from ..residual.closures import Closure, Plane
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
-from ..residual.newton import Correction, correct, factorised
+from ..residual.linear import Linearised
 from ..residual.transcriptions import Spectral
 from .family import Family
-from .points import Point
+from .points import Point, place_of
 from .primary import primary_branch
 
 #: Nodes that give the fold to rounding for beta0 up to 100 (measured: 24 and 36 agree to 1e-12).
 MESH = Spectral(nodes=24)
 
 
+#: Entries of the null vector that are known: its size, and what stays given at the fold.
+NULL_VECTOR = {"A": 1.0, "sigma": 0.0, "lam": 0.0}
+
+
 class FoldSystem(Discretisation):
     """Equilibrium and null vector for one phase of the linear law.
 
-    Unknowns are v without its known entries, (fields, v_m), and then x.
+    Unknowns are v without its known entries, and then x.
     """
 
     def __init__(self, equilibrium: Discretisation) -> None:
         self.equilibrium = equilibrium
-        n = equilibrium.size
-        super().__init__(equilibrium.phases, (n - 3) + (n - 4))
+        self.known = {equilibrium.column(name): value for name, value in NULL_VECTOR.items()}
+        self.free = [i for i in range(equilibrium.size) if i not in self.known]
+        super().__init__(equilibrium.phases, len(self.free) + equilibrium.tail.start)
 
     def residual_expression(self) -> ca.MX:
         """R(x) and R_x(x) v; unlike R itself one entry fewer than unknowns, not two."""
         base = self.equilibrium
-        n = base.size
-        free, x = self.x[: n - 3], self.x[n - 3 :]
-        # In the order of x: fields, A, m, sigma, lambda.
-        v = ca.vertcat(free[: n - 4], 1.0, free[n - 4], 0.0, 0.0)
+        v = ca.MX.zeros(base.size)
+        v[self.free] = self.x[: len(self.free)]
+        for column, value in self.known.items():
+            v[column] = value
         both = ca.vertcat(base.expression, ca.jtimes(base.expression, base.x, v))
         whole = ca.Function("fold", [base.x, self.x], [both])
-        expression: ca.MX = whole(x, self.x)
+        expression: ca.MX = whole(self._state, self.x)
         return expression
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
@@ -66,17 +70,16 @@ class FoldSystem(Discretisation):
 
     @one_thread
     def pack_fields(self, profile: Profile) -> np.ndarray:
-        """Null vector, by least squares, and fields of a profile that is near a fold."""
-        x = self.equilibrium.pack(profile)
-        jacobian = self.equilibrium.linearised(x)[1].full()
-        n = self.equilibrium.size
-        columns = [*range(n - 4), n - 3]
-        null = np.linalg.lstsq(jacobian[:, columns], -jacobian[:, n - 4], rcond=None)[0]
-        return np.concatenate([null, x[: n - 4]])
+        """Null vector and fields of a profile that is near a fold."""
+        x, s = self.equilibrium.pack(profile), profile.scalars
+        # At a fold lambda rests along the branch at this beta0.
+        held = Closure("length", s.sigma), Closure("amplitude", s.A)
+        along = Linearised.at(self.equilibrium, x, *held).response()[:, 1]
+        return np.concatenate([along[self.free], x[: self.equilibrium.tail.start]])
 
     @property
     def _state(self) -> ca.MX:
-        return self.x[self.equilibrium.size - 3 :]
+        return self.x[len(self.free) :]
 
 
 @dataclass(frozen=True)
@@ -121,35 +124,17 @@ class FoldFamily(Family):
         """The discretised equations."""
         return self.transcription.discretise(self.law.pieces)
 
-    def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
-        """Correct from a profile; None on failure."""
-        result = correct(self.system, self.system.pack(profile), (other,))
-        return (self.system, result) if result.converged else None
-
-    def point(
-        self, problem: Discretisation, x: np.ndarray, forward: np.ndarray, arclength: float, iterations: int
-    ) -> Point:
-        """Return the fold ``x`` with its unit tangent, on the side of the direction ``forward``."""
-        _, gradient = chart(x[-4:])
-        factors = factorised(problem.linearise(x)[1], (forward @ gradient)[None, :])
-        tangent = factors.solve(np.append(np.zeros(problem.size - 1), 1.0))
-        unit = tangent / np.linalg.norm(gradient @ tangent[-4:])
-        return Point(problem, x, unit, arclength, iterations, factors.sign())
-
-    def step(self, here: Point, ds: float) -> Point | None:
-        """Advance by ``ds`` along the tangent; None if the corrector fails."""
-        plane = Plane.across(here.place, here.direction, ds)
-        result = correct(here.problem, here.x + ds * here.tangent, (plane,))
-        if not result.converged:
-            return None
-        return self.point(here.problem, result.x, here.direction, here.arclength + ds, result.iterations)
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """None."""
+        return ()
 
     def errors(self, points: Sequence[Point]) -> np.ndarray:
         """Distance of each point from the curve on the refined mesh, in the metric of the arclength."""
         finer = replace(self, transcription=self.transcription.refined())
         found = [finer.solve(p.profile, Plane.across(p.place, p.direction)) for p in points]
         gaps = [
-            math.inf if f is None else float(np.linalg.norm(chart(f[1].x[-4:])[0] - p.place))
+            math.inf if f is None else float(np.linalg.norm(place_of(*f) - p.place))
             for p, f in zip(points, found, strict=True)
         ]
         return np.array(gaps) * (1.0 + 1.0 / self.transcription.sure_gain)

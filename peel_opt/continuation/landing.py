@@ -10,17 +10,16 @@ import numpy as np
 
 from ..base.checks import finite, listed
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
-from ..residual.arclength import chart
-from ..residual.closures import HOLDS, Closure, closure_for, rows
+from ..residual.closures import HOLDS, Closure, closure_for
 from .family import Family
-from .points import Point, arclength_between
+from .points import Point, arclength_between, place_of
 from .special import Located
 
 #: Distance in the metric of the arclength within which a landing is a point that is there already.
 SAME_PLACE = 1e-9
 
-#: Closures that hold one of the four scalars, and its place in the unknowns.
-_HELD = {"amplitude": -4, "length": -2, "lam": -1}
+#: Closures that hold one of the scalars itself.
+_HELD = {"amplitude": "A", "length": "sigma", "lam": "lam"}
 
 
 def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]]:
@@ -63,8 +62,8 @@ def with_asked(
     points.sort(key=lambda p: p.arclength)
     specials, met = list(specials), set()
     for name, value in asked:
-        miss = rows(_given(name, value))
-        if any(float(miss(p.x[-4:])[0][0]) == 0.0 for p in points):
+        given = _given(name, value)
+        if any(p.miss(given) == 0.0 for p in points):
             met.add((name, value))
         for found in landings(family, points, name, value):
             met.add((name, value))
@@ -83,8 +82,7 @@ def _given(name: str, value: float) -> Closure:
 def landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
     """Points of a branch at which a quantity has a value exactly."""
     given = _given(name, value)
-    miss = rows(given)
-    misses = [float(miss(p.x[-4:])[0][0]) for p in points]
+    misses = [p.miss(given) for p in points]
     found = []
     for i, (here, there) in enumerate(pairwise(points)):
         if misses[i] * misses[i + 1] < 0.0:
@@ -96,7 +94,7 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
                 )
             problem, result = landed
             if given.kind in _HELD:
-                result.x[_HELD[given.kind]] = given.value  # not the rounding error of it
-            arclength = arclength_between(here, there, chart(result.x[-4:])[0])
+                result.x[problem.column(_HELD[given.kind])] = given.value  # not the rounding error of it
+            arclength = arclength_between(here, there, place_of(problem, result))
             found.append(family.point(problem, result.x, here.direction, arclength, result.iterations))
     return found

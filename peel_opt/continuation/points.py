@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from ..model.equations import Scalars
 from ..residual.arclength import chart
-from ..residual.closures import Closing
+from ..residual.closures import Closing, miss
 from ..residual.discretisation import Discretisation, Profile
+from ..residual.linear import rate
 from ..residual.newton import Correction
 
 
@@ -44,6 +46,16 @@ class Point:
         """A, m, sigma, lambda."""
         return self.problem.scalars(self.x)
 
+    @property
+    def tail(self) -> np.ndarray:
+        """The scalars as an array."""
+        return self.x[self.problem.tail]
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Derivatives of the scalars along the branch, as an array."""
+        return self.tangent[self.problem.tail]
+
     @cached_property
     def turn(self) -> Scalars:
         """Derivatives of the four scalars along the branch."""
@@ -52,7 +64,11 @@ class Point:
     @cached_property
     def chart(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates of the arclength and their gradient."""
-        return chart(self.x[-4:])
+        return chart(self.tail)
+
+    def miss(self, closing: Closing) -> float:
+        """By how much the solution misses a closure; of either sign."""
+        return miss(closing, self.tail)
 
     @property
     def place(self) -> np.ndarray:
@@ -66,14 +82,11 @@ class Point:
     @cached_property
     def direction(self) -> np.ndarray:
         """Unit tangent in the coordinates of the arclength, shape (4,)."""
-        return self.chart[1] @ self.tangent[-4:]
+        return self.chart[1] @ self.rates
 
-    @property
-    def pressure_rate(self) -> float:
-        """Derivative of P along the branch, up to a positive factor; zero at a fold in pressure."""
-        s, d = self.scalars, self.turn
-        # P - 1 = m A / sigma^3
-        return (d.m * s.A + s.m * d.A) * s.sigma - 3.0 * s.alpha1 * d.sigma
+    def rate(self, read: Callable[[Scalars], float]) -> float:
+        """Derivative of a number of the scalars along the branch; zero where that number folds."""
+        return rate(read, self.tail, self.rates)
 
     @cached_property
     def profile(self) -> Profile:
@@ -89,10 +102,20 @@ class Landed:
     correction: Correction
     given: tuple[Closing, ...]
 
+    @property
+    def place(self) -> np.ndarray:
+        """Coordinates of the arclength, shape (4,)."""
+        return place_of(self.problem, self.correction)
+
     @cached_property
     def profile(self) -> Profile:
         """The fields, sampled."""
         return self.problem.profile(self.correction.x)
+
+
+def place_of(problem: Discretisation, solved: Correction) -> np.ndarray:
+    """Coordinates of the arclength of a solution, shape (4,)."""
+    return chart(solved.x[problem.tail])[0]
 
 
 def arclength_between(here: Point, there: Point, place: np.ndarray) -> float:

@@ -24,8 +24,6 @@ from ..base.errors import NotConverged
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
-from ..residual import closures
-from ..residual.arclength import chart
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
@@ -76,8 +74,7 @@ class Candidate:
 
     def holds(self, other: Candidate) -> bool:
         """Whether the solution of another walk lies between these neighbours."""
-        place = chart(other.landed.correction.x[-4:])[0]
-        return self.family.between(self.here, self.there, place)
+        return self.family.between(self.here, self.there, other.landed.place)
 
     @cached_property
     def landed(self) -> Landed:
@@ -106,8 +103,7 @@ def crossings(
     family: Family, points: Sequence[Point], given: Closure, label: Callable[[float], str]
 ) -> list[Candidate]:
     """All places where a closure is met along a branch; ``label`` names the state at an arclength."""
-    value = closures.rows(given)
-    misses = [float(value(p.x[-4:])[0][0]) for p in points]
+    misses = [p.miss(given) for p in points]
     found = []
     for (here, there), (a, b) in zip(pairwise(points), pairwise(misses), strict=True):
         # A zero at the first point is the straight rod at T, which is no answer.

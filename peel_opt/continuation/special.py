@@ -64,10 +64,9 @@ def apart(point: Point) -> float:
 
 
 #: Monitors by kind of special point.  Two monitors may share a kind.
-PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.pressure_rate)
+PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.rate(lambda s: s.pressure_ratio))
 LENGTH: tuple[str, Monitor] = ("LP-length", lambda p: p.turn.sigma)
 LAMBDA: tuple[str, Monitor] = ("LP-lambda", lambda p: p.turn.lam)
-RATIO: tuple[str, Monitor] = ("LP-ratio", lambda p: p.turn.ratio)
 RANGE: tuple[tuple[str, Monitor], ...] = (
     ("y=y0", tip_excess),
     ("y=y0", highest_excess),

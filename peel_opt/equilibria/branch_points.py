@@ -16,9 +16,8 @@ from ..model.bond import CohesiveLaw
 from ..model.law_samples import agree
 from ..model.named_laws import law_named
 from ..residual.arclength import chart
-from ..residual.closures import rows
 from ..residual.discretisation import Discretisation, Transcription, held
-from ..residual.rounding import adjoint, scalar_gradient
+from ..residual.linear import Linearised, gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .branch_parts import FIRST
 from .certify import report
@@ -160,13 +159,9 @@ def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.
     A point that is off by d in the scalars answers for numbers that are off too: the answer at the
     given ones is off by (grad a - sum r_j grad g_j) d, with r_j = da/dg_j.
     """
-    wanted = scalar_gradient(posed.read, x[-4:])
-    _, given = rows(*posed.given)(x[-4:])
-    _, jacobian = problem.linearise(x)
-    gradient = np.zeros(len(x))
-    gradient[-4:] = wanted
+    at = Linearised.at(problem, x, *posed.given)
+    wanted = gradient(posed.read, at.tail)
     with one_thread:
-        response, _ = adjoint(jacobian, given, gradient, x)
-    left = wanted - response[-2:] @ given
+        left = wanted - at.adjoint(wanted)[-len(at.border) :] @ at.border
     # At T, where A = 0, the metric does not see m, and neither does the answer.
-    return float(np.linalg.norm(np.linalg.lstsq(chart(x[-4:])[1].T, left)[0]))
+    return float(np.linalg.norm(np.linalg.lstsq(chart(at.tail)[1].T, left)[0]))

@@ -21,7 +21,7 @@ from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, sof
 from ..model.bond import COHESIVE, LINEAR
 from ..model.labels import UNFOLDED, fits
 from ..model.rod import RATIOS, require_ratio
-from ..residual.closures import Closure, rows
+from ..residual.closures import Closure
 from .certify import report
 from .closed_form import closed_form
 from .methods import Answer, Method, answer
@@ -271,8 +271,7 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
 
 def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
     """Whether the last points of a walk come nearer to what is looked for."""
-    value = rows(target)
-    before, last = (float(value(p.x[-4:])[0][0]) for p in branch.points[-2:])
+    before, last = (p.miss(target) for p in branch.points[-2:])
     return before * last > 0.0 and abs(last) < abs(before)
 
 

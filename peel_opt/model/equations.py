@@ -16,7 +16,7 @@ All functions here take floats, arrays or CasADi expressions alike.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import casadi as ca
@@ -47,6 +47,11 @@ class Scalars:
     m: Any
     sigma: Any
     lam: Any
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """All of them, in the order in which they stand among the unknowns."""
+        return tuple(getattr(self, name) for name in SCALARS)
 
     @property
     def beta0(self) -> Any:
@@ -81,6 +86,16 @@ class Scalars:
     def height(self, Y: Any) -> Any:
         """u = y/y0 of a scaled height."""
         return self.A * Y * self.beta1 / self.beta0
+
+
+#: Names of the scalars, in the order in which they stand among the unknowns.
+SCALARS = tuple(f.name for f in fields(Scalars))
+
+
+def symbolic() -> tuple[ca.SX, Scalars]:
+    """Return the scalars as one column of CasADi symbols, and by name."""
+    column = ca.SX.sym("s", len(SCALARS))
+    return column, Scalars(*ca.vertsplit(column))
 
 
 SMALL_ANGLE = 1e-2

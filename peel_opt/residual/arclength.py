@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..model.equations import PI4, Scalars
+from ..model.equations import PI4, Scalars, symbolic
 from .compiled import Compiled
 
 
@@ -22,8 +22,8 @@ def coordinates(s: Scalars) -> Any:
 
 
 def _chart_function() -> ca.Function:
-    s = ca.SX.sym("s", 4)
-    values = coordinates(Scalars(*ca.vertsplit(s)))
+    s, scalars = symbolic()
+    values = coordinates(scalars)
     return ca.Function("chart", [s], [values, ca.densify(ca.jacobian(values, s))])
 
 

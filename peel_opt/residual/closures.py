@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from ..base.errors import InvalidInput
-from ..model.equations import PI4, Scalars
+from ..model.equations import PI4, Scalars, symbolic
 from .arclength import coordinates
 from .compiled import Compiled
 
@@ -64,6 +64,11 @@ class Plane:
         """Return the plane normal to the unit vector ``direction``, at a distance from a place."""
         return cls(float(direction @ place) + distance, tuple(direction.tolist()))
 
+    @classmethod
+    def facing(cls, direction: np.ndarray) -> Self:
+        """Return the plane through the origin with this normal: what goes on along it moves off."""
+        return cls(0.0, tuple(direction.tolist()))
+
     @property
     def parameters(self) -> tuple[float, ...]:
         """The given numbers of the equation."""
@@ -94,28 +99,22 @@ def equations(kinds: Sequence[str], scalars: Scalars, given: Any) -> Any:
 
 @lru_cache(maxsize=64)
 def _compiled(kinds: tuple[str, ...]) -> Compiled:
-    s, given = ca.SX.sym("s", 4), symbols(kinds)
-    values = equations(kinds, Scalars(*ca.vertsplit(s)), given)
+    (s, scalars), given = symbolic(), symbols(kinds)
+    values = equations(kinds, scalars, given)
     gradients = (ca.densify(ca.jacobian(values, v)) for v in (s, given))
     return Compiled(ca.Function("closures", [s, given], [values, *gradients]))
 
 
-def rows(*closing: Closing) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Return the closures as a function of the scalars: their values (k,) and gradient (k, 4)."""
-    function = _compiled(tuple(c.kind for c in closing))
-    given = parameters(closing)
-
-    def evaluate(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, gradient, _ = function(scalars, given)
-        return values, gradient.reshape(len(closing), 4, order="F")
-
-    return evaluate
+def miss(closing: Closing, scalars: np.ndarray) -> float:
+    """By how much some scalars miss a closure; of either sign."""
+    return float(_compiled((closing.kind,))(scalars, parameters((closing,)))[0][0])
 
 
-def sensitivity_to_given(closures: tuple[Closure, ...], scalars: np.ndarray) -> np.ndarray:
-    """d(equations)/d(given values), shape (k, k)."""
-    function = _compiled(tuple(c.kind for c in closures))
-    return function(scalars, parameters(closures))[2].reshape(len(closures), len(closures), order="F")
+def derivatives(closing: Sequence[Closing], scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the closures by the scalars and by the given numbers, a row for each closure."""
+    _, *gradients = _compiled(tuple(c.kind for c in closing))(scalars, parameters(closing))
+    by_scalars, by_given = (gradient.reshape(len(closing), -1, order="F") for gradient in gradients)
+    return by_scalars, by_given
 
 
 #: Closures by the public name of what they hold fixed, and back.

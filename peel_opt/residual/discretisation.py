@@ -30,7 +30,7 @@ import scipy.sparse as sp
 
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
-from ..model.equations import FIELDS, Scalars, identity
+from ..model.equations import FIELDS, SCALARS, Scalars, identity, symbolic
 from .compiled import Compiled, Pattern, is_dense
 from .kept import keep
 
@@ -128,10 +128,15 @@ class Discretisation(ABC):
     def __init__(self, phases: Phases, field_count: int) -> None:
         self.phases = phases
         self.field_count = field_count
-        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + 4)
+        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + len(SCALARS))
         self._samplers: dict[bytes, ca.Function] = {}
         #: Systems closed by questions, by the kinds of their closures.
         self.closed: dict[tuple[str, ...], Any] = {}
+        #: Where the fields, the lengths of all phases but the last, and the scalars stand among the
+        #: unknowns, and in whatever else has their shape.
+        self.fields = slice(0, field_count)
+        self.inner = slice(field_count, self.size - len(SCALARS))
+        self.tail = slice(self.size - len(SCALARS), self.size)
 
     @property
     def weight(self) -> int:
@@ -161,10 +166,10 @@ class Discretisation(ABC):
         return int(self.x.numel())
 
     def symbols(self) -> tuple[ca.MX, list[ca.MX], ca.MX]:
-        """Field unknowns, phase lengths and the four scalars as CasADi expressions."""
-        tail = self.x[self.field_count : self.size - 4]
-        free = ca.vertsplit(tail) if len(self.phases) > 1 else []
-        return self.x[: self.field_count], [*free, 1 - sum(free)], self.x[self.size - 4 :]
+        """Field unknowns, phase lengths and scalars as CasADi expressions."""
+        fields, inner, tail = (self.x[part] for part in (self.fields, self.inner, self.tail))
+        free = ca.vertsplit(inner) if len(self.phases) > 1 else []
+        return fields, [*free, 1 - sum(free)], tail
 
     @abstractmethod
     def residual_expression(self) -> ca.MX:
@@ -181,9 +186,8 @@ class Discretisation(ABC):
         piece = self.phases[0]
         if piece.lost is None:
             return angle
-        Y, s = ca.SX.sym("Y"), ca.SX.sym("s", 4)
-        at_the_tip = identity(Y, Scalars(*ca.vertsplit(s)), piece)
-        return ca.Function("identity", [Y, s], [at_the_tip])(tip, self.x[self.size - 4 :])
+        Y, (s, scalars) = ca.SX.sym("Y"), symbolic()
+        return ca.Function("identity", [Y, s], [identity(Y, scalars, piece)])(tip, self.x[self.tail])
 
     @abstractmethod
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
@@ -242,15 +246,19 @@ class Discretisation(ABC):
             self._samplers[key] = ca.Function("sample", [self.x], [self.sample_expression(zeta)])
         return self._samplers[key]
 
+    def column(self, scalar: str) -> int:
+        """Place of one scalar among the unknowns, by its name in `Scalars`."""
+        return self.tail.start + SCALARS.index(scalar)
+
     def scalars(self, x: np.ndarray) -> Scalars:
-        """The four scalars of a solution, as floats."""
-        return Scalars(*x[-4:].tolist())
+        """The scalars of a solution, as floats."""
+        return Scalars(*x[self.tail].tolist())
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
         """Lengths of all phases, shares of 1."""
         if len(self.phases) == 1:
             return np.ones(1)
-        free = x[self.field_count : -4]
+        free = x[self.inner]
         return np.append(free, 1.0 - free.sum())
 
     def profile(self, x: np.ndarray) -> Profile:
@@ -265,7 +273,7 @@ class Discretisation(ABC):
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""
         s = profile.scalars
-        return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], [s.A, s.m, s.sigma, s.lam]])
+        return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], s.values])
 
 
 class Transcription(ABC):

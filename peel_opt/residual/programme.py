@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from ..model.equations import PI4, Scalars
-from .closures import EQUATIONS, Closure, rows
+from .closures import EQUATIONS, Closure, derivatives
 from .discretisation import Discretisation
 
 #: IPOPT's words for a solved square problem.
@@ -84,7 +84,7 @@ def build(
     n, k = problem.size, problem.size - 2 + len(kinds)
     z, p = ca.MX.sym("z", n), ca.MX.sym("p", n + k + len(kinds))
     unknowns = z * p[:n]
-    scalars = Scalars(*ca.vertsplit(unknowns[n - 4 :]))
+    scalars = Scalars(*ca.vertsplit(unknowns[problem.tail]))
     given = [EQUATIONS[kind](scalars, p[n + k + i]) for i, kind in enumerate(kinds)]
     residual = ca.substitute(problem.expression, problem.x, unknowns)
     constraints = ca.vertcat(residual, *given) * p[n : n + k]
@@ -125,9 +125,9 @@ def _run(
     solver = build(problem, tuple(c.kind for c in given), options, minimise)
     scale = unknown_scale(problem, start)
     _, jacobian = problem.linearised(start)
-    _, border = rows(*given)(start[-4:])
+    border, _ = derivatives(given, start[problem.tail])
     sizes = np.abs(jacobian.full()) @ scale
-    sizes = np.append(sizes, np.abs(border) @ scale[-4:])
+    sizes = np.append(sizes, np.abs(border) @ scale[problem.tail])
     parameters = np.concatenate([scale, 1.0 / np.maximum(sizes, 1e-12), [c.value for c in given]])
     with _interrupts_wait():
         result = solver(x0=start / scale, p=parameters, lbg=0.0, ubg=0.0)
@@ -168,7 +168,7 @@ def _interrupts_wait() -> Iterator[None]:
 def unknown_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
     """Size of each unknown at the start, no smaller than a thousandth of its block."""
     scale = np.abs(x)
-    fields = slice(0, problem.field_count)
+    fields = problem.fields
     scale[fields] = np.maximum(scale[fields], 1e-3 * max(1.0, float(np.max(scale[fields]))))
     scale[problem.field_count :] = np.maximum(scale[problem.field_count :], 1e-3)
     return scale

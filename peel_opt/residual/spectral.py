@@ -150,7 +150,7 @@ class SpectralDiscretisation(Discretisation):
         # The last length is what the others leave.
         dh = np.zeros((self.field_count, self.size))
         free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
-        dh[:, self.field_count : self.size - 4] = np.kron(free, ones)
+        dh[:, self.inner] = np.kron(free, ones)
         integration = Integration(np.vstack(self._chain(self.zeta)), h, dh, self.field_count)
         return SpectralFields(self.phases, integration, curl, tail, gradients=gradients)
 

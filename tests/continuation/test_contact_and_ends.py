@@ -17,8 +17,8 @@ from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.named_laws import exponential, trapezoidal
 from peel_opt.model.quotients import mean_over_height, over_height
-from peel_opt.residual.closures import Closure
-from peel_opt.residual.newton import factorised
+from peel_opt.residual.closures import Closure, Plane
+from peel_opt.residual.linear import Linearised
 from peel_opt.residual.transcriptions import Spectral, Transcription
 
 from .. import oracle
@@ -37,14 +37,12 @@ def test_the_contact_is_an_ordinary_point(ratio: float) -> None:
     assert branch.ended == "contact"
     conditions = []
     for point in (branch.points[-1], branch.points[-6]):
-        border = np.vstack([point.tangent[-4:] / np.linalg.norm(point.tangent[-4:])] * 2)
-        border[0] = ratio * 4.0 * point.scalars.sigma**3 * np.array([0.0, 0.0, -1.0, 0.0])
-        border[0, 3] = 1.0
-        _, jacobian = point.problem.linearise(point.x)
-        full = np.vstack([jacobian, np.pad(border, ((0, 0), (point.problem.size - 4, 0)))])
+        at = Linearised.at(point.problem, point.x, Closure("ratio", ratio), Plane.facing(point.direction))
+        full = np.vstack([at.jacobian, np.pad(at.border, ((0, 0), (point.problem.tail.start, 0)))])
         full = full / np.abs(full).max(axis=1, keepdims=True)
         conditions.append(np.linalg.cond(full / np.abs(full).max(axis=0)))
-        assert factorised(jacobian, border).sign() == point.orientation or point.orientation == 0
+        assert np.linalg.slogdet(full)[0] == at.sign()
+        assert at.sign() == point.orientation or point.orientation == 0
     assert conditions[0] < 10.0 * conditions[1] < 1e5
 
 
