@@ -148,7 +148,7 @@ def _plane(
     exact = _moves(at, given, read)
     unit = at.tangent()
     along = (chart(at.tail)[1] @ unit[tail]) @ chart(at.tail)[1]
-    own = response(problem, correction, given, lambda s: along @ np.array(s.values))
+    own = response(at, correction.update, lambda s: along @ np.array(s.values))
     there = Linearised.at(problem, x + own.rounding * unit, *given)
     change = np.abs(_moves(there, given, read) - exact)
     return _Plane(transcription, problem.profile(x), problem.scalars(x), exact, change)

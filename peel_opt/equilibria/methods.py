@@ -1,11 +1,13 @@
-"""From a start on the right branch to a certified number: solve, refine, estimate.
+"""From a start on the right branch to a certified number: solve, estimate, refine.
 
-The answered number is solved for on successively finer meshes.  The difference between two
-meshes, divided by what the refinement is sure to have gained, is the error of the finer one;
-to it come what rounding leaves of the last Newton update and what the rounding of the given
-numbers does through the condition of the question.  Two meshes may agree in one number by
-chance, where the error of the coarser changes sign, but not in all of them: the difference is
-taken in every scalar, each weighted with how far the same residues would move the answer.
+Where the mesh resolves the shape, one residual on a finer mesh says how far that mesh would move
+the solution, which is its error; it is solved again only where this misses the tolerance.
+Elsewhere the answered number is solved for on two meshes, and their difference, divided by what
+the refinement is sure to have gained, is the error of the finer one.  To either come what rounding
+leaves of the last Newton update and what the rounding of the given numbers does through the
+condition of the question.  Two meshes may agree in one number by chance, where the error of the
+coarser changes sign, but not in all of them: the difference is taken in every scalar, each
+weighted with how far the same residues would move the answer.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ from ..residual import programme
 from ..residual.certificate import certificate
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
+from ..residual.estimate import SAFE, can_estimate, refinement
+from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
@@ -41,6 +45,9 @@ MOST_REFINEMENTS = 5
 
 #: A certificate that a refinement leaves larger than this share of it is at its end.
 HARDLY = 0.5
+
+#: A first-order change of the unknowns larger than this share of them is no measure of the error yet.
+LINEAR_RANGE = 1e-4
 
 #: No refinement is believed to gain more.
 MOST_GAIN = 1e4
@@ -111,11 +118,12 @@ class Answer:
     x: np.ndarray
     error: float
     stats: Stats
+    sampled: Profile | None = None
 
     @cached_property
     def profile(self) -> Profile:
         """The fields, sampled."""
-        return self.problem.profile(self.x)
+        return self.problem.profile(self.x) if self.sampled is None else self.sampled
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,47 +208,68 @@ def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
 def _on_meshes(started: _Started, method: Method) -> Answer:
     """Answer on finer and finer meshes, until error and certificate meet the tolerance.
 
-    What rounding has ended is not refined any more.
+    What rounding has ended is not refined more than once.
     """
     began = time.perf_counter()
     read, given = started.posed.read, started.posed.given
-    coarse = _first_solve(started, method)
-    iterations, evaluations = coarse.iterations, coarse.evaluations
-    refinements, before, missed = 0, 0.0, math.inf
+    rungs = [_first_solve(started, method)]
+    looks, before, missed = 0, 0.0, math.inf
     while True:
-        refinements += 1
-        fine = _newton_solve(started, coarse.transcription.refined(), coarse.profile)
-        iterations += fine.iterations
-        evaluations += fine.evaluations + 1  # one more to bound the rounding
-        chosen = fine if method.adaptive else coarse
-        own = response(chosen.problem, chosen.correction, given, read)
-        # No refinement gains more than the order: a smaller difference is luck.
-        difference = max(_difference(coarse, fine, own, read), before / coarse.transcription.most_gain)
-        gain = _gain(coarse.transcription.sure_gain, difference, before)
-        error = difference / (gain - 1.0) * (1.0 if method.adaptive else gain) + own.rounding
-        if not method.adaptive or refinements == MOST_REFINEMENTS:
+        chosen = rungs[-1] if method.adaptive else rungs[0]
+        at = Linearised.at(chosen.problem, chosen.correction.x, *given)
+        finer = _finer_scalars(at) if can_estimate(chosen.transcription) else None
+        looks += finer is not None
+        if finer is None and len(rungs) == 1:
+            rungs.append(_refined_solve(started, chosen))
+            continue
+        own = response(at, chosen.correction.update, read)
+        looks += 1
+        estimates = []
+        if finer is not None:
+            difference = _difference(at.tail, finer, own, read)
+            estimates.append((SAFE * difference, difference))
+        if len(rungs) > 1:
+            coarse, fine = rungs[-2:]
+            difference = _difference(coarse.scalars, fine.scalars, own, read)
+            # No refinement gains more than the order: a smaller difference is luck.
+            difference = max(difference, before / coarse.transcription.most_gain)
+            gain = _gain(coarse.transcription.sure_gain, difference, before)
+            before = difference
+            estimates.append((difference / (gain - 1.0) * (1.0 if method.adaptive else gain), difference))
+        mesh, difference = min(estimates)
+        error = mesh + own.rounding
+        if not method.adaptive or len(rungs) > MOST_REFINEMENTS:
             break
         missed, last = _certificate(started, chosen.profile), missed
         exact = missed <= started.tol or missed > HARDLY * last
-        if (error <= started.tol or difference <= own.rounding) and exact:
+        ended = difference <= own.rounding and len(rungs) > 1
+        if (error <= started.tol or ended) and exact:
             break
-        coarse, before = fine, difference
+        rungs.append(_refined_solve(started, chosen))
     stats = Stats(
         method=repr(chosen.transcription),
         seconds=time.perf_counter() - began,
-        iterations=iterations,
-        evaluations=evaluations,
-        unknowns=fine.problem.size,
-        refinements=refinements,
+        iterations=sum(solved.iterations for solved in rungs),
+        evaluations=sum(solved.evaluations for solved in rungs) + looks,
+        unknowns=rungs[-1].problem.size,
+        refinements=len(rungs) - 1,
         condition=own.condition,
     )
-    return Answer(chosen.problem, chosen.correction.x, error, stats)
+    return Answer(chosen.problem, chosen.correction.x, error, stats, chosen.profile)
 
 
-def _difference(coarse: _Solved, fine: _Solved, own: Response, read: Callable[[Scalars], float]) -> float:
-    """Return how far two meshes are apart in the answer, the largest that any scalar speaks of."""
-    apart = np.abs(fine.correction.x[-4:] - coarse.correction.x[-4:])
-    return max(abs(read(fine.scalars) - read(coarse.scalars)), float((own.leverage * apart).max()))
+def _finer_scalars(at: Linearised) -> np.ndarray | None:
+    """Return the scalars that the next mesh would have, by one residual there; None where it says little."""
+    step = refinement(at)
+    if not float(np.abs(step).max()) < LINEAR_RANGE * (1.0 + float(np.abs(at.x).max())):
+        return None
+    return at.tail + step[at.problem.tail]
+
+
+def _difference(a: np.ndarray, b: np.ndarray, own: Response, read: Callable[[Scalars], float]) -> float:
+    """Return how far two solutions are apart in the answer: the largest that any scalar speaks of."""
+    answers = [read(Scalars(*scalars.tolist())) for scalars in (a, b)]
+    return max(abs(answers[1] - answers[0]), float((own.leverage * np.abs(b - a)).max()))
 
 
 def _gain(sure: float, difference: float, before: float) -> float:
@@ -255,21 +284,28 @@ def _gain(sure: float, difference: float, before: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """A converged solution on one mesh."""
+    """A converged solution on one mesh, and what it took."""
 
     transcription: Transcription
-    problem: Discretisation
-    correction: Correction
+    landed: Landed
     iterations: int
     evaluations: int
 
     @property
-    def scalars(self) -> Scalars:
-        return self.problem.scalars(self.correction.x)
+    def problem(self) -> Discretisation:
+        return self.landed.problem
 
-    @cached_property
+    @property
+    def correction(self) -> Correction:
+        return self.landed.correction
+
+    @property
+    def scalars(self) -> np.ndarray:
+        return self.correction.x[self.problem.tail]
+
+    @property
     def profile(self) -> Profile:
-        return self.problem.profile(self.correction.x)
+        return self.landed.profile
 
 
 def _first_solve(started: _Started, method: Method) -> _Solved:
@@ -278,10 +314,10 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     landed = started.landed
     if landed is not None and method.ipopt is None and _serves(landed.problem.settings, method):
         assert landed.problem.settings is not None
-        return _Solved(landed.problem.settings, landed.problem, landed.correction, 0, 0)
-    if method.ipopt is None:
-        return _newton_solve(started, method.transcription, started.profile)
+        return _Solved(landed.problem.settings, landed, 0, 0)
     problem, given = method.transcription.discretise(started.phases), started.posed.given
+    if method.ipopt is None:
+        return _newton_solve(started, method.transcription, problem.pack(started.profile))
     solved = programme.solve(problem, problem.pack(started.profile), given, method.ipopt)
     if not solved.solved:
         raise NotConverged(
@@ -292,7 +328,7 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     correction = _corrected(problem, solved.x, given)
     iterations = solved.iterations + correction.iterations
     evaluations = solved.evaluations + correction.iterations
-    return _Solved(method.transcription, problem, correction, iterations, evaluations)
+    return _Solved(method.transcription, Landed(problem, correction, given), iterations, evaluations)
 
 
 def _serves(mesh: Transcription | None, method: Method) -> bool:
@@ -303,11 +339,19 @@ def _serves(mesh: Transcription | None, method: Method) -> bool:
     return mesh == own
 
 
-def _newton_solve(started: _Started, transcription: Transcription, profile: Profile) -> _Solved:
-    problem = transcription.discretise(started.phases)
-    correction = _corrected(problem, problem.pack(profile), started.posed.given)
+def _refined_solve(started: _Started, solved: _Solved) -> _Solved:
+    """Solve on the next finer mesh, from a solution."""
+    finer = solved.transcription.refined()
+    start = solved.problem.prolonged(solved.correction.x, finer.discretise(started.phases))
+    return _newton_solve(started, finer, start)
+
+
+def _newton_solve(started: _Started, transcription: Transcription, start: np.ndarray) -> _Solved:
+    problem, given = transcription.discretise(started.phases), started.posed.given
+    correction = _corrected(problem, start, given)
     # Each iteration evaluates the equations once.
-    return _Solved(transcription, problem, correction, correction.iterations, correction.iterations)
+    taken = correction.iterations
+    return _Solved(transcription, Landed(problem, correction, given), taken, taken)
 
 
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing, ...]) -> Correction:

@@ -234,6 +234,10 @@ class Discretisation(ABC):
         """R alone, for the price of a few products of a matrix and a vector."""
         return self._residual(x)[0]
 
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """R alone of a stack of unknowns, one a row."""
+        return self._residual.many(x)[0]
+
     @cached_property
     def _profile_sampler(self) -> Compiled:
         keep(self)

@@ -17,7 +17,6 @@ from ..model.equations import PI4, Scalars
 from .closures import Closure
 from .discretisation import Discretisation
 from .linear import Linearised, gradient
-from .newton import Correction
 from .shooting import ShootingDiscretisation
 
 EPS = float(np.finfo(float).eps)
@@ -47,15 +46,19 @@ class Response:
     leverage: np.ndarray
 
 
-def response(
-    problem: Discretisation,
-    correction: Correction,
-    given: tuple[Closure, ...],
-    read: Callable[[Scalars], float],
-) -> Response:
-    """Return how the answered number of a solution responds to the equations."""
-    x, scalars = correction.x, problem.scalars(correction.x)
-    at = Linearised.at(problem, x, *given)
+def response(at: Linearised, update: np.ndarray, read: Callable[[Scalars], float]) -> Response:
+    """Return how the answered number of a solution responds to the equations.
+
+    Parameters
+    ----------
+    at : Linearised
+        The solution, closed by what is given.
+    update : ndarray, shape (n,)
+        The last of Newton's method.
+    read : callable
+        The answered number.
+    """
+    problem, given = at.problem, [closure for closure in at.closing if isinstance(closure, Closure)]
     by_scalars = gradient(read, at.tail)
     with one_thread:
         responses = at.adjoint(np.column_stack([by_scalars, np.eye(len(by_scalars))]))
@@ -66,12 +69,12 @@ def response(
     terms = {"pressure": 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
-    digits = abs(read(scalars)) + float(by_given @ given_sizes)
-    update = abs(float(by_scalars @ correction.update[problem.tail]))
+    digits = abs(read(problem.scalars(at.x))) + float(by_given @ given_sizes)
+    last = abs(float(by_scalars @ update[problem.tail]))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
     norms = np.linalg.norm(responses, axis=0)
     return Response(
-        rounding=4.0 * update + EPS * (float(residues) + 2.0 * digits),
+        rounding=4.0 * last + EPS * (float(residues) + 2.0 * digits),
         condition=float(max(asked)),
         leverage=norms[0] / norms[1:],
     )

@@ -182,12 +182,25 @@ class SpectralDiscretisation(Discretisation):
         )
 
     def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
-        """Unknowns of the same solution on another mesh of the same phases."""
+        """Unknowns of the same solution on another mesh of the same phases; ``x`` may be a stack of them."""
         if not isinstance(finer, SpectralDiscretisation):
             return super().prolonged(x, finer)
-        fields = x[: self.field_count].reshape(len(self.phases), self.local)
+        fields = x[..., : self.field_count].reshape(*x.shape[:-1], len(self.phases), self.local)
         there = fields @ _prolongation(self.settings, finer.settings).T
-        return np.concatenate([there.ravel(), x[self.field_count :]])
+        there = there.reshape(*x.shape[:-1], finer.field_count)
+        return np.concatenate([there, x[..., self.field_count :]], axis=-1)
+
+    def restricted(self, residual: np.ndarray, finer: SpectralDiscretisation) -> np.ndarray:
+        """Equations of a finer mesh, (..., n), as this mesh sees them: the adjoint of `prolonged`.
+
+        (12a) is projected on the polynomials of this mesh, the other equations are the same on both.
+        """
+        balance = residual[..., : finer.field_count].reshape(
+            *residual.shape[:-1], len(self.phases), finer.local
+        )
+        here = (balance * finer.whole) @ _prolongation(self.settings, finer.settings) / self.whole
+        here = here.reshape(*residual.shape[:-1], self.field_count)
+        return np.concatenate([here, residual[..., finer.field_count :]], axis=-1)
 
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Theta'' of a profile at the nodes, from (12a)."""

@@ -174,6 +174,41 @@ def test_refinement_goes_on_until_the_certificate_is_within_tol_too() -> None:
     assert max(eq.error, eq.certificate) <= 1e-8
 
 
+def pressures(ratio: float, share: float) -> Iterator[tuple[str, float]]:
+    """A state and its pressure at a share of the way from the least one, unfolded and folded."""
+    branch = primary_branch(COHESIVE, Closure("ratio", ratio))
+    branch.extend(lambda _: False)
+    least = branch.fold("LP-pressure").point.scalars.pressure_ratio
+    for state, most in (("unfolded", 1.0), ("folded", branch.points[-1].scalars.pressure_ratio)):
+        yield state, least * (most / least) ** share
+
+
+def check_closeness(ratios: np.ndarray, rng: np.random.Generator, each: int) -> None:
+    """Errors of default answers are no smaller than the true ones, and not much larger."""
+    found: list[Outcome] = []
+    for ratio in ratios.tolist():
+        for share in rng.uniform(0.001, 0.999, each).tolist():
+            for state, pressure in pressures(ratio, share):
+                question = {"ratio": ratio, "pressure": pressure, "state": state}
+                eq, reference = put(question), put(question, method=REFERENCE, tol=1e-2)
+                true = abs(eq.answer - reference.answer)
+                assert true <= eq.error + reference.error, (question, eq.stats.method, true, eq.error)
+                found.append((eq.error, true, reference.error))
+    seen = overstatements(found)
+    assert len(seen) > len(found) / 5
+    assert median(seen) < 30.0
+
+
+def test_errors_of_default_answers_are_close_to_the_true_ones_in_both_states() -> None:
+    check_closeness(np.geomspace(0.02, 200.0, 8), np.random.default_rng(5), each=20)
+
+
+@pytest.mark.slow
+def test_errors_of_default_answers_are_close_to_the_true_ones_for_every_rod() -> None:
+    rng = np.random.default_rng(6)
+    check_closeness(np.exp(rng.uniform(*np.log(RATIOS), 100)), rng, each=5)
+
+
 def check_tolerances(method: str, question: dict) -> None:
     reference = put(question, method=REFERENCE, tol=1e-2)
     answers = [put(question, method=method, tol=tol, throw=False) for tol in TOLERANCES]

@@ -1,0 +1,49 @@
+"""One residual on a finer mesh tells how far the solution on that mesh is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt.residual.closures import Closure
+from peel_opt.residual.estimate import SAFE, can_estimate, defect, refinement
+from peel_opt.residual.linear import Linearised
+from peel_opt.residual.newton import correct
+from peel_opt.residual.spectral import SpectralDiscretisation
+
+
+@pytest.mark.parametrize(
+    ("ratio", "pressure", "state"),
+    [(20.0, 0.3, "folded"), (1.0, 0.2, "lower"), (1.0, 0.4, "folded"), (100.0, 0.01, "lower")],
+)
+def test_the_step_is_of_the_size_of_the_distance_to_the_solution_on_the_finer_mesh(
+    ratio: float, pressure: float, state: str
+) -> None:
+    given = (Closure("ratio", ratio), Closure("pressure", pressure))
+    start = po.length_given_pressure(
+        po.Rod.from_ratio(ratio), pressure, state=state, method=po.Spectral(16), tol=1.0
+    )
+    problem = start.source.problem
+    here = correct(problem, start.source.x, given)
+    finer = problem.settings.refined().discretise(problem.phases)
+    there = correct(finer, problem.prolonged(here.x, finer), given)
+    apart = there.x[-4:] - here.x[-4:]
+    assert np.abs(apart).max() > 1e-13  # what is tested is seen
+    step = refinement(Linearised.at(problem, here.x, *given))
+    assert 1.0 / SAFE < np.linalg.norm(step[-4:]) / np.linalg.norm(apart) < 10.0
+
+
+def test_a_stack_of_solutions_has_the_defects_of_each() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    solved = [po.length_given_pressure(rod, P, method=po.Spectral(16)).source for P in (0.2, 0.3)]
+    problem = solved[0].problem
+    assert isinstance(problem, SpectralDiscretisation)
+    together = defect(problem, np.array([s.x for s in solved]))
+    for row, each in zip(together, solved, strict=True):
+        np.testing.assert_allclose(row, defect(problem, each.x), rtol=1e-12, atol=1e-14)
+
+
+def test_only_meshes_that_resolve_a_shape_are_trusted() -> None:
+    assert can_estimate(po.Spectral(16))
+    assert not any(can_estimate(mesh) for mesh in (po.Spectral(15), po.Collocation(), po.Shooting(), None))
