@@ -19,6 +19,7 @@ from ..base.errors import InvalidInput
 from ..continuation.points import Point
 from ..model.equations import PI4
 from ..model.series import uniform_series
+from ..residual.linear import rate
 from .curve_pieces import bend, joined, moment, spline
 from .potential import EffectivePotential
 
@@ -139,7 +140,7 @@ def points_potential(
     ``kinks`` are those among the points at which the curve has one.
     """
     lam, alpha1 = np.array([(p.scalars.lam, p.scalars.alpha1) for p in points]).T
-    slope = np.array([_slope(p.x[-4:], p.tangent[-4:]) for p in points])
+    slope = np.array([_slope(p.tail, p.rates) for p in points])
     at = np.array([any(p is kink for kink in kinks) for p in points], bool)
     bent = _changes([p.problem.phases for p in points]) & ~(at[:-1] | at[1:])
     return states_potential(BranchStates(beta0, alpha1, lam, slope, kinks=at, bent=bent))
@@ -275,14 +276,12 @@ def _slopes(branch: BranchLike) -> np.ndarray | None:
     solutions = getattr(branch, "solutions", None)
     if solutions is None:
         return None
-    together = zip(solutions.unknowns, solutions.tangents, strict=True)
-    return np.array([_slope(x[-4:], tangent[-4:]) for x, tangent in together])
+    return np.array([_slope(*pair) for pair in zip(solutions.scalars, solutions.rates, strict=True)])
 
 
 def _slope(scalars: np.ndarray, rates: np.ndarray) -> float:
-    (A, m, _, _), (dA, dm, _, dlam) = scalars, rates
-    turned = m * dA + dm * A
-    return float(dlam / turned) if turned else np.nan
+    turned = rate(lambda s: s.alpha1, scalars, rates)
+    return rate(lambda s: s.lam, scalars, rates) / turned if turned else np.nan
 
 
 def _kinks(branch: BranchLike, count: int) -> tuple[np.ndarray, np.ndarray]:

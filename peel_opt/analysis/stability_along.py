@@ -9,10 +9,9 @@ from itertools import pairwise
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.family import Family
-from ..continuation.points import Point, arclength_between
+from ..continuation.points import Point, arclength_between, place_of
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import law_of, transcription_of, walked
-from ..residual.arclength import chart
 from ..residual.closures import Closure
 from ..residual.motions import Spectrum
 from .stability import Stability
@@ -158,8 +157,7 @@ def _landed(family: Family, low: _State, high: _State, A: float) -> _State | Non
     if landed is None:
         return None
     problem, result = landed
-    place = chart(result.x[-4:])[0]
-    arclength = arclength_between(low.point, high.point, place)
+    arclength = arclength_between(low.point, high.point, place_of(problem, result))
     return _state(family, family.point(problem, result.x, low.point.direction, arclength, result.iterations))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.arrays import Columns, read_only
 from ..model.bond import CohesiveLaw
+from ..model.equations import SCALARS
 from ..residual.discretisation import Transcription
 
 #: Columns of a branch: what is stored, in CSV and NPZ as well.
@@ -100,3 +101,13 @@ class Solutions:
     def __post_init__(self) -> None:
         for name in ("unknowns", "tangents"):
             object.__setattr__(self, name, tuple(map(read_only, getattr(self, name))))
+
+    @property
+    def scalars(self) -> np.ndarray:
+        """The scalars at each point, in which all unknowns end, shape (n, scalars)."""
+        return np.array([x[-len(SCALARS) :] for x in self.unknowns])
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Their derivatives along the branch, shape (n, scalars)."""
+        return np.array([tangent[-len(SCALARS) :] for tangent in self.tangents])

@@ -96,7 +96,7 @@ class FoldCurve:
                 raise NotConverged(
                     f"the fold at beta0 = {beta0:g} did not converge.", remedy="Give more points."
                 )
-            found.append(solved.x[-1])
+            found.append(system.scalars(solved.x).lam)
         return np.array(found)
 
     def __repr__(self) -> str:
@@ -155,7 +155,7 @@ def fold_curve(beta0: tuple[float, float] = (0.1, 100.0), *, points: int = 80) -
         raise NotConverged(f"the fold curve stopped before beta0 = {high:g}.", remedy="Give more points.")
     special = locate(family, walked, _TURN)
     every = sorted([*walked, *(found.point for found in special)], key=lambda p: p.arclength)
-    A, m, sigma, lam = np.array([p.x[-4:] for p in every]).T
+    A, m, sigma, lam = np.array([p.tail for p in every]).T
     return FoldCurve(
         np.array([p.arclength for p in every]),
         A,

@@ -273,7 +273,7 @@ def _start_of(start: Equilibrium | Branch) -> tuple[Profile, np.ndarray | None]:
     if isinstance(start, Branch):
         problem, x = discretised(start, len(start) - 1)
         assert start.solutions is not None
-        forward = chart(x[-4:])[1] @ start.solutions.tangents[-1][-4:]
+        forward = chart(x[problem.tail])[1] @ start.solutions.tangents[-1][problem.tail]
         return problem.profile(x), forward
     shape = start.shape
     if shape.xi.size == 0 or shape.theta[0] == 0.0:

@@ -22,7 +22,7 @@ import numpy as np
 from ..base.checks import whole
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
-from ..model.equations import Scalars, bending, rhs, sin_over, vertical_load
+from ..model.equations import Scalars, bending, rhs, sin_over, symbolic, vertical_load
 from .discretisation import Discretisation, FixedOrder, Phases, Profile, switch_equations
 from .mesh import QUANTUM, equidistributing, uniform
 from .shooting import INTEGRATORS, runge_kutta
@@ -97,8 +97,7 @@ class CollocationDiscretisation(Discretisation):
     def _interval(self, piece: Piece) -> ca.Function:
         """(12a) at the stages and the state at the end, of (state, Theta'', length, scalars)."""
         state, curl = ca.SX.sym("state", 5), ca.SX.sym("curl", self.settings.stages)
-        length, s = ca.SX.sym("length"), ca.SX.sym("s", 4)
-        scalars = Scalars(*ca.vertsplit(s))
+        length, (s, scalars) = ca.SX.sym("length"), symbolic()
         Theta0, K0, nx0, ny0, Y0 = ca.vertsplit(state)
 
         def integrated(start: Any, slope: Any) -> tuple[Any, Any]:
@@ -173,8 +172,7 @@ class CollocationDiscretisation(Discretisation):
 
 def _advance(piece: Piece) -> ca.Function:
     """Integrate (state, length, scalars) by two steps of an explicit method of order 8."""
-    state, length, s = ca.SX.sym("state", 5), ca.SX.sym("length"), ca.SX.sym("s", 4)
-    scalars = Scalars(*ca.vertsplit(s))
+    state, length, (s, scalars) = ca.SX.sym("state", 5), ca.SX.sym("length"), symbolic()
 
     def slope(z: ca.SX) -> ca.SX:
         return ca.vertcat(*rhs(z, scalars, piece))

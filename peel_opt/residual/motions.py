@@ -125,7 +125,8 @@ def _finer(
     for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
         if second is not None:
             found = correct(finer, start, (rod, second))
-            if found.converged and np.max(np.abs(found.x[-4:] - x[-4:]) / (1.0 + np.abs(x[-4:]))) < SAME:
+            here, there = x[problem.tail], found.x[finer.tail]
+            if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < SAME:
                 return finer, found.x
     raise NotConverged(
         "the state could not be solved again on a finer mesh, to tell the error of its motions.",

@@ -17,7 +17,7 @@ from scipy.integrate import DOP853, RK45
 from ..base.checks import whole
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
-from ..model.equations import Scalars, rhs
+from ..model.equations import Scalars, rhs, symbolic
 from .discretisation import Discretisation, FixedOrder, Phases, Profile, switch_equations
 
 
@@ -97,8 +97,7 @@ class ShootingDiscretisation(Discretisation):
 
     def _advance(self, piece: Piece, steps: int) -> ca.Function:
         """Integrate (state, length, scalars) over one interval."""
-        state, length, s = ca.SX.sym("state", 5), ca.SX.sym("length"), ca.SX.sym("s", 4)
-        scalars = Scalars(*ca.vertsplit(s))
+        state, length, (s, scalars) = ca.SX.sym("state", 5), ca.SX.sym("length"), symbolic()
 
         def slope(z: ca.SX) -> ca.SX:
             return ca.vertcat(*rhs(z, scalars, piece))

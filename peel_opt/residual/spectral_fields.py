@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from ..model.bond import Piece
-from ..model.equations import Scalars, bending, identity, sin_over, vertical_load
+from ..model.equations import SCALARS, Scalars, bending, identity, sin_over, symbolic, vertical_load
 from .compiled import product
 from .discretisation import Phases, switch_equations
 
@@ -119,7 +119,7 @@ class SpectralFields:
         width = integral.dh.shape[1]
         dK = integral.rate_of_unknowns(self.curl)
         dTheta = integral.rate(self.K[:n], dK[:n, :])
-        shape = dTheta[:n, : width - 4]  # Theta does not depend on the scalars
+        shape = dTheta[:n, : width - len(SCALARS)]  # Theta does not depend on the scalars
 
         by_Theta, by_tail = self.slope.rates
         drise = integral.rate(self.slope.values, ca.horzcat(_scaled(by_Theta, shape), by_tail))
@@ -135,11 +135,11 @@ class SpectralFields:
         edge = dTheta[-1, :]
         if self.free:
             by_Y, by_tail = self.identity.rates
-            edge = _scaled(by_Y, -drise[-1, :]) + ca.horzcat(np.zeros((1, width - 4)), by_tail)
+            edge = _scaled(by_Y, -drise[-1, :]) + ca.horzcat(np.zeros((1, width - len(SCALARS))), by_tail)
         rows = [ca.densify(ca.DM(np.eye(n, width))) - dbend, dK[-1, :], edge]
         if self.switches:
             by_Y, by_tail = self.heights.rates
-            no_shape = np.zeros((self.switches, width - 4))
+            no_shape = np.zeros((self.switches, width - len(SCALARS)))
             rows.append(_scaled(by_Y, dY[n:-1, :]) + ca.horzcat(no_shape, by_tail))
         return ca.vertcat(*rows)
 
@@ -173,12 +173,12 @@ def _field(
     """Apply ``function(*arguments, scalars, piece)`` at ``local`` points of every phase."""
     if not phases:
         return Field(ca.MX(0, 1), ())
-    count, s = len(arguments), ca.SX.sym("s", 4)
+    count, (s, scalars) = len(arguments), symbolic()
     inputs = [ca.SX.sym(f"q{i}", local * len(phases)) for i in range(count)]
     outputs: list[list[ca.SX]] = []
     for j, piece in enumerate(phases):
         q = ca.SX.sym("q", count)
-        value = function(*ca.vertsplit(q), Scalars(*ca.vertsplit(s)), piece)
+        value = function(*ca.vertsplit(q), scalars, piece)
         row = ca.densify(ca.jacobian(value, ca.vertcat(q, s)))  # in one go: the parts share most of it
         rates = [*ca.horzsplit(row[:, :count]), row[:, count:]] if gradients else []
         at_one = ca.Function("at_one", [q, s], [value, *rates])

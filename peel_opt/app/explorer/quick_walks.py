@@ -124,8 +124,8 @@ def _dense(branches: list[QuickBranch], hold: str, ended: str, began: float) -> 
         # Both sides begin at T.
         origin += points[:0:-1] if branch.side < 0 else points
         s = np.array([p.arclength for p in points])
-        x = np.array([p.x[-4:] for p in points])
-        dx = np.array([p.tangent[-4:] for p in points])
+        x = np.array([p.tail for p in points])
+        dx = np.array([p.rates for p in points])
         if len(points) > 1:
             fine = np.unique([*s, *np.concatenate([np.linspace(a, b, DENSE) for a, b in pairwise(s)])])
             values = CubicHermiteSpline(s, x, dx)(fine)

@@ -70,7 +70,7 @@ class ChartStates:
     def at_points(cls, points: list[Point]) -> Self:
         """Return points of a walk, without derivatives by log r."""
         empty = np.full((len(points), 2), np.nan)
-        rates = [np.column_stack([0.0 * p.x, p.tangent / p.tangent[-4]]) for p in points]
+        rates = [np.column_stack([0.0 * p.x, p.tangent / p.turn.A]) for p in points]
         log_r = np.log([p.scalars.ratio for p in points])
         A = np.array([p.scalars.A for p in points])
         return cls(
@@ -215,9 +215,10 @@ class Chart:
         if len(self.law.pieces) > 1:
             good &= [ok and family.suits(problem.profile(v), problem) for ok, v in zip(good, x, strict=True)]
         # The closure is lambda + pi^4 - r sigma^4 = 0.
-        rates = response * np.stack([r * x[:, -2] ** 4, np.ones(len(x))], axis=1)[:, None]
+        sigma = x[:, problem.column("sigma")]
+        rates = response * np.stack([r * sigma**4, np.ones(len(x))], axis=1)[:, None]
         bend = _curvatures(problem, x, rates[:, :, 1], closing)
-        numbers, by_r, by_A, by_AA = _numbers(x, rates, bend)
+        numbers, by_r, by_A, by_AA = _numbers(*(v[:, problem.tail] for v in (x, rates, bend)))
         good &= np.all(np.isfinite(np.hstack([numbers, by_r, by_A, by_AA])), axis=1)
         states = ChartStates(
             [problem] * len(x), list(x), list(rates), np.full(len(x), log_r), A, numbers, by_r, by_A, by_AA
@@ -242,16 +243,16 @@ def _curvatures(
 
 
 def _numbers(x: np.ndarray, rates: np.ndarray, bend: np.ndarray) -> list[np.ndarray]:
-    """sbar/eta and p/T0 = 1 + m A/sigma^3 of a stack, their derivatives by log r and A, and by A twice."""
-    A, m, sigma = x[:, -4], x[:, -3], x[:, -2]
+    """sbar/eta and p/T0 = 1 + m A/sigma^3 of a stack, with derivatives by log r, A, and A twice."""
+    A, m, sigma, _ = x.T
     over = sigma**-3.0
 
     def rate(d: np.ndarray) -> np.ndarray:
-        dA, dm, ds = d[:, -4], d[:, -3], d[:, -2]
+        dA, dm, ds, _ = d.T
         return np.column_stack([ds, over * (dm * A + m * dA - 3.0 * m * A * ds / sigma)])
 
-    _, dm, ds = (rates[:, i, 1] for i in (-4, -3, -2))
-    ddm, dds = bend[:, -3], bend[:, -2]
+    _, dm, ds, _ = rates[:, :, 1].T
+    _, ddm, dds, _ = bend.T
     first, second = dm * A + m, ddm * A + 2.0 * dm
     turned = second - 6.0 * first * ds / sigma + 12.0 * m * A * (ds / sigma) ** 2 - 3.0 * m * A * dds / sigma
     return [

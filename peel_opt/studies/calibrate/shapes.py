@@ -102,8 +102,9 @@ class _Shape:
     def of(cls, state: ChartStates) -> _Shape:
         problem, x, rates = state.problems[0], state.x[0], state.rates[0]
         field, jacobian = (part.full() for part in _fields(problem)(x))
-        A, phases = x[-4], len(problem.phases)
-        d_angles = A * jacobian @ rates + field * rates[-4]
+        at_A, phases = problem.column("A"), len(problem.phases)
+        A = x[at_A]
+        d_angles = A * jacobian @ rates + field * rates[at_A]
         ends = problem.lengths(np.zeros(problem.size))
         d_lengths = np.column_stack([problem.lengths(rate) - ends for rate in rates.T])
         return cls(
