@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -224,20 +224,12 @@ class Observation:
         # Given the rod, one number determines the equilibrium.
         return points - self.free_origin + roles.count("measured") + roles.count("exact") - 1
 
-    def scaled(self, length: float, pressure: float) -> Observation:
-        """Return the observation in other units of length and pressure."""
-
-        def over(value: float | None, unit: float) -> float | None:
-            return None if value is None else value / unit
-
-        return replace(
-            self,
-            length=over(self.length, length),
-            length_sd=over(self.length_sd, length),
-            pressure=over(self.pressure, pressure),
-            pressure_sd=over(self.pressure_sd, pressure),
-            points=None if self.points is None else self.points / length,
-        )
+    @property
+    def measured(self) -> np.ndarray:
+        """Which of its rows are measured: length, pressure, then x and y of every point."""
+        numbers = [self.role(name) == "measured" for name in ("length", "pressure")]
+        points = 0 if self.points is None else len(self.points)
+        return np.array(numbers + [True, True] * points)
 
 
 def observations(data: Data) -> list[Observation]:

@@ -16,6 +16,7 @@ from ...model.labels import OBSERVABLE, known_state
 from ...model.rod import MATERIAL, Rod
 from .chart import Chart
 from .data import Data, Observation, observations
+from .linear import singular
 from .problem import Problem, watched
 from .result import Calibration
 from .search import NODES, best
@@ -128,7 +129,7 @@ def _fit(
         deviance=fitted.deviance,
         degrees=sum(o.degrees for o in seen) - int(mask.sum()),
         combinations=combinations(model.jacobian, mask),
-        singular_values=np.linalg.svd(model.jacobian, compute_uv=False),
+        singular_values=singular(model.jacobian)[0],
         observations=tuple(seen),
         residuals=tuple(model.residuals),
         weights=tuple(model.weights),

@@ -19,24 +19,24 @@ UNSEEN = 1e-10
 class Seen:
     """One observation at its fitted state.
 
+    Its rows come in twos: length and pressure, then x and y of every measured point.  Each two are one
+    item, which a robust loss weighs as a whole.
+
     Parameters
     ----------
-    r : ndarray, shape (rows,)
+    r : ndarray, shape (2 items,)
         Residuals in standard deviations.
-    by_q : ndarray, shape (rows, 3)
+    by_q : ndarray, shape (2 items, 3)
         Derivatives by (log k, log T0, log y0).
-    by_own : ndarray, shape (rows, own)
+    by_own : ndarray, shape (2 items, own)
         By the unknowns of its own.
-    items : ndarray of int, shape (rows,)
-        Rows of one item, a pair or a measured point, are weighed together by a robust loss.
-    measured : ndarray of bool, shape (rows,)
-        False for what was given exactly.
+    measured : ndarray of bool, shape (2 items,)
+        False for what was given exactly, or not at all.
     """
 
     r: np.ndarray
     by_q: np.ndarray
     by_own: np.ndarray
-    items: np.ndarray
     measured: np.ndarray
 
 
@@ -64,21 +64,16 @@ class LinearModel:
     @classmethod
     def of(cls, seen: Sequence[Seen], free: np.ndarray, delta: float | None) -> LinearModel:
         """Return the reduced model of a solved fit; ``delta`` is the scale of the pseudo-Huber loss."""
-        parts = [_projected(one, one.by_q[:, free], delta) for one in seen]
-        return cls(
-            np.vstack([jacobian for jacobian, _, _ in parts]),
-            np.vstack([score for _, _, score in parts]),
-            [one.r[one.measured] for one in seen],
-            [weight for _, weight, _ in parts],
-        )
+        jacobians, weights, scores = zip(*(_projected(one, free, delta) for one in seen), strict=True)
+        residuals = [one.r[one.measured] for one in seen]
+        return cls(np.vstack(jacobians), np.vstack(scores), residuals, list(weights))
 
     def left(self, directions: np.ndarray) -> float:
         """Length of the Gauss-Newton step that is left, in standard deviations of the fit.
 
         ``directions``, shape (free, m), are those in which the fit was free to move.
         """
-        _, s, vt = np.linalg.svd(self.jacobian @ directions, full_matrices=False)
-        seen = s > UNSEEN * s.max(initial=0.0)
+        s, vt, seen = singular(self.jacobian @ directions)
         return float(np.linalg.norm(vt[seen] @ directions.T @ self.scores.sum(axis=0) / s[seen]))
 
     def covariance(self, *, sandwich: bool) -> np.ndarray:
@@ -90,19 +85,30 @@ class LinearModel:
             From the scatter of the scores rather than from the standard deviations of the data,
             as a robust loss needs.
         """
-        rows, free = self.jacobian.shape
-        _, s, vt = np.linalg.svd(self.jacobian, full_matrices=rows < free)
-        sizes = np.concatenate([s, np.zeros(len(vt) - len(s))])
-        seen = sizes > UNSEEN * sizes.max(initial=0.0)
+        sizes, vt, seen = singular(self.jacobian)
         inverse = (vt[seen].T / sizes[seen] ** 2) @ vt[seen]
         if sandwich:
-            count = len(self.scores)
+            count, free = self.scores.shape
             meat = self.scores.T @ self.scores * (count / max(count - free, 1))
             inverse = inverse @ meat @ inverse
         touched = np.abs(vt[~seen]).max(axis=0, initial=0.0) > 1e-6
         inverse[touched] = inverse[:, touched] = np.nan
         inverse[touched, touched] = np.inf
         return inverse
+
+
+def singular(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Singular values of all directions, the directions as rows, and which of them the residuals see."""
+    _, s, vt = np.linalg.svd(jacobian, full_matrices=len(jacobian) < jacobian.shape[1])
+    sizes = np.concatenate([s, np.zeros(len(vt) - len(s))])
+    return sizes, vt, sizes > UNSEEN * sizes.max(initial=0.0)
+
+
+def given_back(own: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """By how much own unknowns make up for rows that move along some columns, shape (own, columns)."""
+    sizes = np.linalg.norm(own, axis=0)
+    sizes[sizes == 0.0] = 1.0
+    return np.linalg.lstsq(own / sizes, columns, rcond=UNSEEN)[0] / sizes[:, None]
 
 
 def chance(chi2: float, degrees: int) -> float:
@@ -112,33 +118,38 @@ def chance(chi2: float, degrees: int) -> float:
     return float(chdtrc(degrees, chi2))
 
 
-def pseudo_huber(squares: np.ndarray, delta: float) -> tuple[np.ndarray, np.ndarray]:
-    """Loss 2 delta^2 (sqrt(1 + s/delta^2) - 1) of squared residuals, and its derivative, the weight."""
+def squared(r: np.ndarray) -> np.ndarray:
+    """Sum of squares of every item, shape (items,)."""
+    return (r.reshape(-1, 2) ** 2).sum(axis=1)
+
+
+def loss(squares: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """What items cost by their sums of squares, and the derivative of that, the weight.
+
+    The sums themselves, or with a scale ``delta`` the pseudo-Huber loss
+    2 delta^2 (sqrt(1 + s/delta^2) - 1) of them.
+    """
+    if delta is None:
+        return squares, np.ones_like(squares)
     root = np.sqrt(1.0 + squares / delta**2)
     return 2.0 * squares / (1.0 + root), 1.0 / root  # without cancellation
 
 
-def _projected(one: Seen, by_q: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _projected(one: Seen, free: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weigh by the curvature of the loss, project the own unknowns out; also weights and scores."""
-    numbers = np.unique(one.items)
-    member = (numbers[:, None] == one.items).astype(float)
-    squares = member @ one.r**2
-    weight = np.ones(len(numbers)) if delta is None else pseudo_huber(squares, delta)[1]
-    root = np.diag(np.sqrt(member.T @ weight))
-    if delta is not None:
-        # The square root of w I - w^3 r r^T / delta^2 has the eigenvalue sqrt(w^3) along r.
-        for k, (size, w) in enumerate(zip(squares, weight, strict=True)):
-            mine = np.where(member[k] > 0.0, one.r, 0.0)
-            if size > 0.0:
-                root += (w**1.5 - w**0.5) * np.outer(mine, mine) / size
-    seen_q, seen_own = root @ by_q, root @ one.by_own
-    sizes = np.linalg.norm(seen_own, axis=0)
-    if np.any(sizes > 0.0):
-        inverse = np.linalg.pinv(seen_own / np.where(sizes > 0.0, sizes, 1.0), rcond=UNSEEN)
-        along = inverse @ seen_q / np.where(sizes > 0.0, sizes, np.inf)[:, None]
-        seen_q = seen_q - seen_own @ along
-        by_q = by_q - one.by_own @ along
-    pull = (member.T @ weight * one.r)[:, None] * by_q
+    r, by_q, squares = one.r.reshape(-1, 2), one.by_q[:, free], squared(one.r)
+    weight = loss(squares, delta)[1]
+    # The square root of w I - w^3 r r^T / delta^2 has the eigenvalues sqrt(w), and sqrt(w^3) along r.
+    along = (weight**1.5 - weight**0.5) / np.where(squares > 0.0, squares, 1.0)
+
+    def weighed(columns: np.ndarray) -> np.ndarray:
+        items = columns.reshape(len(r), 2, -1)
+        bent = along[:, None, None] * r[:, :, None] * np.einsum("ij,ijk->ik", r, items)[:, None]
+        return (weight[:, None, None] ** 0.5 * items + bent).reshape(columns.shape)
+
+    seen_q, seen_own = weighed(by_q), weighed(one.by_own)
+    own = given_back(seen_own, seen_q)
+    pull = (weight[:, None] * r).ravel()[:, None] * (by_q - one.by_own @ own)
     # What was given exactly is no item that scatters.
-    counts = member @ one.measured > 0.0
-    return seen_q, weight[counts], (member @ pull)[counts]
+    counts = one.measured.reshape(-1, 2).any(axis=1)
+    return seen_q - seen_own @ own, weight[counts], pull.reshape(len(r), 2, -1).sum(axis=1)[counts]

@@ -16,6 +16,7 @@ from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
 from .chart import HIGHEST, ChartStates
 from .data import Observation
+from .polyline import nearest
 
 #: d(log eta, log T0, log r)/d(log k, log T0, log y0).
 GROUPS = np.array([[1.0, -1.0, 0.0], [0.0, 3.0, 0.0], [1.0, -1.0, -3.0]]) / 3.0
@@ -225,22 +226,16 @@ class BranchSpline:
         Both are nan where the rod has no such part.
         """
         A, numbers = self.polyline
+        steps, turns = np.diff(numbers, axis=0), np.diff(A)
         found, cost = np.full(len(pairs), np.nan), np.full(len(pairs), np.nan)
         for state in set(pairs.states):
             rows = np.flatnonzero([s == state for s in pairs.states])
             lines = np.flatnonzero([fits(label, state) for label in self.labels])
-            if not len(lines):
-                continue
-            unit = scale / pairs.sds[rows]
-            step = np.diff(numbers, axis=0)[lines] * unit[:, None]
-            away = numbers[lines] * unit[:, None] - (pairs.values / pairs.sds)[rows][:, None]
-            square = np.maximum((step**2).sum(axis=2), 1e-300)
-            share = np.clip(-(away * step).sum(axis=2) / square, 0.0, 1.0)
-            gaps = ((away + share[..., None] * step) ** 2).sum(axis=2)
-            best, all_rows = np.argmin(gaps, axis=1), np.arange(len(rows))
-            cost[rows] = gaps[all_rows, best]
-            line = lines[best]
-            found[rows] = A[line] + share[all_rows, best] * (A[line + 1] - A[line])
+            if len(lines):
+                points, unit = pairs.values[rows] / scale, scale / pairs.sds[rows]
+                own, share, gap = nearest(points, numbers[lines], steps[lines], unit)
+                found[rows] = A[lines[own]] + share * turns[lines[own]]
+                cost[rows] = gap**2
         return found, cost
 
 

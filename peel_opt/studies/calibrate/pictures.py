@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from .chart import HIGHEST, Chart, ChartStates
 from .data import Observation
-from .linear import Seen, pseudo_huber
+from .linear import Seen, given_back, loss, squared
 from .pairs import GROUPS, Pairs
 from .shapes import misses
 
@@ -21,8 +20,10 @@ LONGEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class Picture(Seen):
     """A picture at a state: what it misses in standard deviations, length and pressure first.
+
+    Its own unknowns are A, and where it is free the origin in eta.
 
     Parameters
     ----------
@@ -30,27 +31,18 @@ class Picture:
         Of length 1.
     origin : float
         x of the detachment point [m].
-    r, items : ndarray, shape (rows,)
-        Residuals, and the item each belongs to: the two numbers, then every point.
-    by_q : ndarray, shape (rows, 3)
-    by_own : ndarray, shape (rows, own)
-        By A, and by the origin in eta where it is free.
-    weights : ndarray, shape (rows,)
-        What the loss leaves of each row.
-    cost : float
-        Sum of the losses.
+    cost : ndarray, shape (items,)
+        Loss of the two numbers, then of every point.
+    weight : ndarray, shape (items,)
+        What the loss leaves of the weight of each.
     beyond_tip : int
         Points that have the tip itself as their foot.
     """
 
     state: ChartStates
     origin: float
-    r: np.ndarray
-    items: np.ndarray
-    by_q: np.ndarray
-    by_own: np.ndarray
-    weights: np.ndarray
-    cost: float
+    cost: np.ndarray
+    weight: np.ndarray
     beyond_tip: int
 
     @classmethod
@@ -64,44 +56,29 @@ class Picture:
         delta: float | None,
     ) -> Picture:
         """Compare a picture with a state of the rod that has this eta and T0, ``scale``."""
-        assert observation.points is not None
         numbers = Pairs.of([observation], hard).pulls(state, scale)
         points = misses(observation, state, float(scale[0]), origin)
         r = np.concatenate([numbers.r[0], points.r])
-        items = np.concatenate([[0, 0], 1 + np.repeat(np.arange(len(observation.points)), 2)])
         by_q = np.vstack([numbers.by_q[0], points.by_groups @ GROUPS])
         # The origin in eta: both unknowns then are of the size of one.
-        by_own = np.zeros((len(r), 1 + observation.free_origin))
-        by_own[:2, 0], by_own[2:, 0] = numbers.by_own[0], points.by_own[:, 0]
-        by_own[2:, 1:] = points.by_own[:, 1:] * scale[0]
-        if not observation.free_origin:
-            by_own = by_own[:, :1]
-        squares = np.bincount(items, r**2)
-        loss, weight = (squares, np.ones_like(squares)) if delta is None else pseudo_huber(squares, delta)
-        cost = float(loss.sum())
-        return cls(state, origin, r, items, by_q, by_own, weight[items], cost, points.beyond_tip)
+        own = np.column_stack([numbers.by_own[0], [0.0, 0.0]])
+        by_own = np.vstack([own, points.by_own * (1.0, scale[0])])[:, : 1 + observation.free_origin]
+        cost, weight = loss(squared(r), delta)
+        return cls(r, by_q, by_own, observation.measured, state, origin, cost, weight, points.beyond_tip)
 
-    def _by(self, columns: np.ndarray) -> np.ndarray:
-        """What own unknowns give back when all rows move along some columns, shape (own, columns)."""
-        root = np.sqrt(self.weights)[:, None]
-        sizes = np.linalg.norm(root * self.by_own, axis=0)
-        sizes[sizes == 0.0] = 1.0
-        return np.linalg.lstsq(root * self.by_own / sizes, root * columns, rcond=1e-12)[0] / sizes[:, None]
+    def _given_back(self, columns: np.ndarray) -> np.ndarray:
+        root = np.sqrt(np.repeat(self.weight, 2))[:, None]
+        return given_back(root * self.by_own, root * columns)
 
     @property
     def projected(self) -> np.ndarray:
         """Derivatives by q with the picture's own unknowns eliminated."""
-        return self.by_q - self.by_own @ self._by(self.by_q)
+        return self.by_q - self.by_own @ self._given_back(self.by_q)
 
     @property
     def step(self) -> np.ndarray:
         """Step of Gauss and Newton in the own unknowns."""
-        return -self._by(self.r[:, None])[:, 0]
-
-    def seen(self, measured: np.ndarray) -> Seen:
-        """Return it as one of several observations; ``measured`` says which of its numbers were."""
-        points = np.ones(len(self.r) - 2, bool)
-        return Seen(self.r, self.by_q, self.by_own, self.items, np.concatenate([measured, points]))
+        return -self._given_back(self.r[:, None])[:, 0]
 
 
 def best_picture(
@@ -122,12 +99,12 @@ def best_picture(
     for _ in range(MOST_STEPS):
         state = chart.at(state, log_r, np.array([A]))
         here = Picture.at(observation, state, origin, scale, hard, delta)
-        if best is None or here.cost <= best.cost:
+        if best is None or here.cost.sum() <= best.cost.sum():
             best, share = here, min(1.0, 2.0 * share)
         else:
             share *= 0.25
         step = best.step
-        if not math.isfinite(best.cost) or np.linalg.norm(best.by_own @ step) * share < THERE:
+        if not np.all(np.isfinite(best.cost)) or np.linalg.norm(best.by_own @ step) * share < THERE:
             break
         state, origin = best.state, best.origin
         A = min(max(float(state.A[0]) + float(np.clip(share * step[0], -LONGEST, LONGEST)), 0.0), HIGHEST)

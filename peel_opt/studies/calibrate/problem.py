@@ -23,7 +23,7 @@ from ...model.rod import RATIOS
 from .chart import Chart, ChartStates
 from .data import Observation
 from .fitted import Fitted, coordinates
-from .linear import LinearModel, Seen, pseudo_huber
+from .linear import LinearModel, Seen, loss, squared
 from .pairs import HARD, SOFT, BranchSpline, Pairs, Pulls, scales
 from .pictures import Picture, best_picture
 
@@ -65,17 +65,10 @@ class Problem:
         shapes = np.array([o.points is not None for o in self.observations])
         return np.flatnonzero(~shapes), np.flatnonzero(shapes)
 
-    @cached_property
-    def _items(self) -> np.ndarray:
-        """Number of the item that each row belongs to, pairs first."""
-        pairs, shapes = self.rows
-        found, count = [np.repeat(np.arange(len(pairs)), 2)], len(pairs)
-        for i in shapes:
-            points = self.observations[i].points
-            assert points is not None
-            found.append(count + np.concatenate([[0, 0], 1 + np.repeat(np.arange(len(points)), 2)]))
-            count += 1 + len(points)
-        return np.concatenate(found)
+    @property
+    def _size(self) -> int:
+        """Number of residuals."""
+        return sum(len(o.measured) for o in self.observations)
 
     # --- the states of one rod ------------------------------------------------------------
 
@@ -91,18 +84,13 @@ class Problem:
 
     def seen(self, fitted: Fitted) -> list[Seen]:
         """Return every observation at its state, in their order."""
-        (rows, shapes), (scale, _) = self.rows, scales(fitted.q)
-        found: dict[int, Seen] = {}
-        pulls = self.pairs().pulls(fitted.states.take(rows), scale)
+        rows, shapes = self.rows
+        found: dict[int, Seen] = {i: self.picture(i, fitted) for i in shapes}
+        pulls = self.pairs().pulls(fitted.states.take(rows), scales(fitted.q)[0])
         for place, i in enumerate(rows):
-            own = pulls.by_own[place][:, None]
-            found[i] = Seen(pulls.r[place], pulls.by_q[place], own, np.zeros(2, int), self._measured(i))
-        for i in shapes:
-            found[i] = self.picture(i, fitted).seen(self._measured(i))
+            own, measured = pulls.by_own[place][:, None], self.observations[i].measured
+            found[i] = Seen(pulls.r[place], pulls.by_q[place], own, measured)
         return [found[i] for i in range(len(self.observations))]
-
-    def _measured(self, i: int) -> np.ndarray:
-        return np.array([self.observations[i].role(name) == "measured" for name in NUMBERS])
 
     def at_T(self, fitted: Fitted) -> np.ndarray:
         """Which observations are pairs whose state is held at T."""
@@ -212,7 +200,7 @@ class Problem:
             nonlocal at, last
             self.watch()
             q = start.q + basis @ (z - 1.0)
-            r, by_q = [np.full(len(self._items), np.nan)], []
+            r, by_q = [np.full(self._size, np.nan)], []
             if RATIOS[0] * (1.0 - 1e-9) <= math.exp(scales(q)[1]) <= RATIOS[1] * (1.0 + 1e-9):
                 pulls, states = evaluate(q)
                 r, by_q = [pulls.r.ravel()], [pulls.projected.reshape(-1, 3)]
@@ -241,7 +229,7 @@ class Problem:
         if not np.all(np.isfinite(first)):
             raise NotConverged("the rod to start from has no state like one of those observed.")
         if not basis.shape[1]:
-            return replace(at, deviance=self._loss(first), iterations=1)
+            return replace(at, deviance=self._cost(first), iterations=1)
         solved = least_squares(
             residuals,
             begin,
@@ -255,24 +243,16 @@ class Problem:
             max_nfev=200,
         )
         final = residuals(solved.x)
-        return replace(at, deviance=self._loss(final), iterations=int(solved.nfev))
+        return replace(at, deviance=self._cost(final), iterations=int(solved.nfev))
 
-    def _loss(self, r: np.ndarray) -> float:
-        squares = np.bincount(self._items, r**2)
-        return float(np.sum(squares if self.delta is None else pseudo_huber(squares, self.delta)[0]))
+    def _cost(self, r: np.ndarray) -> float:
+        return float(loss(squared(r), self.delta)[0].sum())
 
     def _robust(self, squares: np.ndarray) -> np.ndarray:
-        """Loss of each row and its derivatives, where what counts is the sum over the rows of an item."""
+        """Loss of each row and its derivatives, where what counts is the sum over the two rows of an item."""
         assert self.delta is not None
-        items = self._items
-        loss, weight = pseudo_huber(np.bincount(items, squares), self.delta)
-        return np.stack(
-            [(loss / np.bincount(items))[items], weight[items], -0.5 * weight[items] ** 3 / self.delta**2]
-        )
-
-
-#: Numbers of an observation, in the order of its rows.
-NUMBERS = ("length", "pressure")
+        cost, weight = np.repeat(loss(squares.reshape(-1, 2).sum(axis=1), self.delta), 2, axis=1)
+        return np.stack([0.5 * cost, weight, -0.5 * weight**3 / self.delta**2])
 
 
 @contextmanager

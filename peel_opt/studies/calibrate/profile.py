@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: Furthest end of an interval, as a logarithm: a factor 10^4.
 FURTHEST = math.log(1e4)
 
-#: Relative error, in standard deviations, at which the end of an interval counts as found.
+#: Relative error of its distance from the estimate at which the end of an interval counts as found.
 FOUND = 1e-3
 
 #: Share of the way to a limit at which it counts as reached.
@@ -138,46 +138,38 @@ def require_level(level: float) -> None:
 def _end(fit: Calibration, index: int, side: float, target: float) -> float | None:
     """Distance in the logarithm at which the root of the increased deviance meets ``target``.
 
-    The root is nearly linear, so that secant steps from the covariance's guess need two or
-    three fits.  None if the likelihood does not fall so far within a factor 10^4.
+    The root is nearly linear: bracketed by growing steps, it takes two or three fits.  None if the
+    likelihood does not fall so far within a factor 10^4.
     """
+    from scipy.optimize import brentq
+
     place = MATERIAL.index(fit.free[index])
     spread = fit.relative_sd(fit.free[index])
     if not math.isfinite(spread):
         return None
-    centre = fit.fitted.q[place]
-    # Bracket by growing steps, then secant inside the bracket.
-    inside, root_inside, at = 0.0, 0.0, fit.fitted
-    step = min(target * spread, 0.5)
-    furthest = _furthest(fit, place, side)
+    centre, furthest = fit.fitted.q[place], _furthest(fit, place, side)
+    known = {0.0: (fit.fitted, -target)}
+
+    def left(distance: float) -> float:
+        """How far the root is above the target at a distance, from the fit known nearest to it."""
+        if distance not in known:
+            at = known[min(known, key=lambda other: abs(other - distance))][0]
+            there = _held(fit, at, place, centre + side * distance)
+            known[distance] = there, math.sqrt(max(there.deviance - fit.deviance, 0.0)) - target
+        return known[distance][1]
+
+    inside, step = 0.0, min(target * spread, 0.5)
     while True:
         # A number with a limit is looked for up to just before it.
         outside = min(inside + step, NEARLY * furthest)
-        there = _held(fit, at, place, centre + side * outside)
-        root = math.sqrt(max(there.deviance - fit.deviance, 0.0))
-        if root >= target:
-            break
+        if left(outside) >= 0.0:
+            return side * float(brentq(left, inside, outside, xtol=1e-300, rtol=FOUND))
         if outside >= NEARLY * furthest:
             return None if furthest == FURTHEST else side * furthest
-        slope = (root - root_inside) / step
-        inside, root_inside, at = outside, root, there
-        step = min(1.2 * (target - root) / slope, 2.0 * step + 0.5) if slope > 1e-6 else 2.0 * step
-    root_outside = root
-    for _ in range(30):
-        if outside - inside < FOUND * outside or root_outside - target < FOUND * target:
-            break
-        share = (target - root_inside) / (root_outside - root_inside)
-        middle = inside + min(max(share, 0.02), 0.98) * (outside - inside)
-        trial = _held(fit, at, place, centre + side * middle)
-        root = math.sqrt(max(trial.deviance - fit.deviance, 0.0))
-        if abs(root - target) < FOUND * target:
-            return side * middle
-        if root < target:
-            inside, root_inside, at = middle, root, trial
-        else:
-            outside, root_outside = middle, root
-    share = (target - root_inside) / (root_outside - root_inside)
-    return side * (inside + share * (outside - inside))
+        slope = (left(outside) - left(inside)) / (outside - inside)
+        inside, step = outside, 2.0 * step + 0.5
+        if slope > 1e-6:
+            step = min(-1.2 * left(outside) / slope, step)
 
 
 def _furthest(fit: Calibration, place: int, side: float) -> float:

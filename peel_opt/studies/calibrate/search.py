@@ -14,7 +14,7 @@ from ...model.rod import RATIOS, Rod, require_ratio
 from .chart import Chart, ChartStates
 from .data import Observation
 from .fitted import Fitted
-from .linear import chance
+from .linear import chance, singular
 from .pairs import BranchSpline, scales
 from .problem import Problem
 from .start import begun, coarse_rods
@@ -114,9 +114,8 @@ def _determined(problem: Problem, start: Fitted, nodes: ChartStates) -> np.ndarr
     nothing = replace(start, directions=start.directions[:, :0])
     near, _ = problem.along_curves(nothing, nodes)
     jacobian = problem.linear_model(near).jacobian
-    _, _, vt = np.linalg.svd(jacobian, full_matrices=len(jacobian) < jacobian.shape[1])
     known = [c.determined for c in combinations(jacobian, problem.free)]
-    return vt[known].T
+    return singular(jacobian)[1][known].T
 
 
 def _solved(problem: Problem, start: Fitted, nodes: ChartStates) -> tuple[Fitted, ChartStates]:

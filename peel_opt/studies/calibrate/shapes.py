@@ -13,6 +13,7 @@ from ...residual.discretisation import Discretisation
 from ...residual.spectral import gauss, integration_matrix, values_matrix
 from .chart import ChartStates
 from .data import Observation
+from .polyline import nearest
 
 #: Gauss nodes of each phase from which a shape is integrated, and lines by which it is looked through.
 NODES, LINES = 24, 100
@@ -148,12 +149,9 @@ class _Shape:
         curve, _ = self.places(np.repeat(np.arange(phases), LINES + 1), np.tile(grid, phases))
         curve = curve.reshape(phases, LINES + 1, 2)
         begin, step = curve[:, :-1].reshape(-1, 2), np.diff(curve, axis=1).reshape(-1, 2)
-        away = points[:, None] - begin
-        share = np.clip((away * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-300), 0.0, 1.0)
-        gaps = np.linalg.norm(away - share[..., None] * step, axis=2)
-        line, row = np.argmin(gaps, axis=1), np.arange(len(points))
-        phase, zeta = line // LINES, (line % LINES + share[row, line]) / LINES
-        plate = (points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= gaps[row, line])
+        line, share, gap = nearest(points, begin, step)
+        phase, zeta = line // LINES, (line % LINES + share) / LINES
+        plate = (points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= gap)
         for _ in range(STEPS):
             place, angle = self.places(phase, zeta)
             ahead = (points - place)[:, 0] * np.cos(angle) + (points - place)[:, 1] * np.sin(angle)

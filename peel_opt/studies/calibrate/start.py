@@ -24,6 +24,7 @@ from .chart import HIGHEST, ChartStates
 from .data import Observation
 from .fitted import Fitted
 from .pairs import logarithms
+from .polyline import nearest
 from .problem import Problem
 
 #: Ratios eta/y0 that are tried.
@@ -73,8 +74,7 @@ def begun(rod: Rod, problem: Problem) -> tuple[Fitted, ChartStates]:
         if observation.points is None:
             chosen.append(like[0])  # the curve is searched for pairs, as a whole
         else:
-            own = observation.scaled(rod.eta, rod.adhesion_strength)
-            chosen.append(min(like, key=lambda i: _misfit(own, points[i])))
+            chosen.append(min(like, key=lambda i: _misfit(observation, points[i], rod)))
     origins = [_origin(o, points[i], rod) for o, i in zip(problem.observations, chosen, strict=True)]
     directions = np.eye(int(problem.free.sum()))
     return Fitted(logarithms(rod), nodes.take(np.array(chosen)), np.array(origins), directions), nodes
@@ -94,19 +94,18 @@ def _place(point: Point) -> tuple[float, float]:
     return math.log(s.sigma), math.log(max(s.pressure_ratio, 1e-12))
 
 
-def _misfit(own: Observation, point: Point) -> float:
+def _misfit(observation: Observation, point: Point, rod: Rod) -> float:
     """Mean squared distance of measured points and numbers from a state, over its size squared."""
-    assert own.points is not None
-    shape = sample_shape(point.problem, point.x)
-    sigma = point.scalars.sigma
-    x, y = own.points[:, 0], own.points[:, 1]
-    if own.free_origin:
+    assert observation.points is not None
+    shape, length = sample_shape(point.problem, point.x), rod.length(point.scalars.sigma)
+    x, y = observation.points[:, :2].T / length
+    if observation.free_origin:
         # By the tip: the point furthest from the attached part.
-        x = x - x.min() + shape.x.min() * sigma
-    gaps = np.hypot(x[:, None] - sigma * shape.x, y[:, None] - sigma * shape.y).min(axis=1)
-    known = [(own.length, sigma), (own.pressure, max(point.scalars.pressure_ratio, 1e-12))]
-    numbers = sum(math.log(value / there) ** 2 for value, there in known if value is not None)
-    return float(np.mean(gaps**2)) / sigma**2 + numbers
+        x = x - x.min() + shape.x.min()
+    gaps = np.hypot(x[:, None] - shape.x, y[:, None] - shape.y).min(axis=1)
+    pressure = rod.pressure(max(point.scalars.pressure_ratio, 1e-12))
+    known = [(observation.length, length), (observation.pressure, pressure)]
+    return float(np.mean(gaps**2)) + sum(math.log(v / there) ** 2 for v, there in known if v is not None)
 
 
 def coarse_rods(
@@ -174,22 +173,12 @@ def _curves(law: CohesiveLaw, ratio: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _shifts(ratio: float, known: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """Point and directions of the (log eta, log T0) that known numbers leave at one eta/y0."""
-    rows, values = [], []
-    if "adhesion_range" in known:
-        rows.append([1.0, 0.0])
-        values.append(math.log(ratio * known["adhesion_range"]))
-    if "adhesion_strength" in known:
-        rows.append([0.0, 1.0])
-        values.append(math.log(known["adhesion_strength"]))
-    if "bending_stiffness" in known:
-        rows.append([3.0, 1.0])
-        values.append(math.log(known["bending_stiffness"]))
-    if not rows:
-        return np.zeros(2), np.eye(2)
-    matrix = np.array(rows)
-    point = np.linalg.lstsq(matrix, np.array(values), rcond=None)[0]
-    _, _, basis = np.linalg.svd(matrix)
-    return point, basis[np.linalg.matrix_rank(matrix) :]
+    # k = eta^3 T0, and y0 = eta over the ratio.
+    powers = {"bending_stiffness": (3.0, 1.0), "adhesion_strength": (0.0, 1.0), "adhesion_range": (1.0, 0.0)}
+    matrix = np.reshape([powers[name] for name in known], (-1, 2))
+    values = [math.log(v * (ratio if name == "adhesion_range" else 1.0)) for name, v in known.items()]
+    point = np.linalg.pinv(matrix) @ values
+    return point, np.linalg.svd(matrix)[2][len(known) :]
 
 
 def _best_shift(
@@ -226,13 +215,5 @@ def _best_shift(
 
 def _gap(places: np.ndarray, curve: np.ndarray) -> np.ndarray:
     """Distance of each place from a polyline; an unknown coordinate costs nothing."""
-    if not len(curve):
-        return np.full(len(places), math.inf)
-    a, step = curve[:-1], np.diff(curve, axis=0)
     known = np.isfinite(places)
-    target = np.where(known, places, 0.0)
-    weight = known.astype(float)
-    away = (target[:, None] - a) * weight[:, None]
-    masked = step * weight[:, None]
-    share = np.clip(np.sum(away * masked, axis=2) / np.maximum(np.sum(masked**2, axis=2), 1e-300), 0.0, 1.0)
-    return np.sqrt(np.min(np.sum((away - share[..., None] * masked) ** 2, axis=2), axis=1))
+    return nearest(np.where(known, places, 0.0), curve[:-1], np.diff(curve, axis=0), known.astype(float))[2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import numpy as np
 
 from ...base.errors import AmbiguousState, NotCertified, PeelOptError
 from ...continuation.primary import primary_branch
@@ -33,7 +33,7 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
         If that function has no answer.
     """
     rod, states, law = fitted.rod, fitted.states, problem.chart.law
-    label = _labels(law, rod)
+    labels = _labels(law, rod, states.A)
     equilibria, worst = [], 0.0
     for i, observation in enumerate(problem.observations):
         sigma, P = states.numbers[i].tolist()
@@ -43,7 +43,7 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
         exact = [name for name in ("length", "pressure") if observation.role(name) == "exact"]
         if len(exact) == 1:
             by_length = exact == ["length"]
-        eq, gap = _asked(rod, sigma, P, label(float(states.A[i])), by_length, law)
+        eq, gap = _asked(rod, sigma, P, labels[i], by_length, law)
         if gap > MOST_APART:
             raise NotCertified(
                 f"{observation.name} is fitted at p/T0 = {P:.8g}, sbar/eta = {sigma:.8g},"
@@ -56,18 +56,12 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
     return equilibria, worst
 
 
-def _labels(law: CohesiveLaw, rod: Rod) -> Callable[[float], str]:
-    """Return the name of a state by its tip angle."""
+def _labels(law: CohesiveLaw, rod: Rod, A: np.ndarray) -> list[str]:
+    """Return the names of states by their tip angles, which grow along the branch."""
     branch = primary_branch(law, Closure("ratio", rod.ratio))
-    minimum = branch.reach("LP-pressure")
-    bend = branch.fold("LP-length")
-
-    def label(A: float) -> str:
-        if minimum is not None and A > minimum.point.scalars.A:
-            return "folded"
-        return "lower" if bend is not None and A > bend.point.scalars.A else "middle"
-
-    return label
+    branch.reach("LP-pressure")
+    places = np.interp(A, *np.transpose([(p.scalars.A, p.arclength) for p in branch.points]))
+    return [branch.state_at(float(place)) for place in places]
 
 
 def _asked(

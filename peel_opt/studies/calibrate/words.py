@@ -19,6 +19,7 @@ from ...model.bond import CohesiveLaw
 from ...model.labels import fits
 from ...model.rod import Rod
 from .data import Observation
+from .linear import singular
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -100,10 +101,7 @@ def combinations(jacobian: np.ndarray, free: np.ndarray) -> tuple[Combination, .
         Residuals in standard deviations by logarithms.
     free : ndarray of bool, shape (3,)
     """
-    rows, numbers = jacobian.shape
-    _, s, vt = np.linalg.svd(jacobian, full_matrices=rows < numbers)
-    sizes = np.concatenate([s, np.zeros(len(vt) - len(s))])
-    seen = sizes > 1e-10 * sizes.max(initial=0.0)
+    sizes, vt, seen = singular(jacobian)
     sds = np.where(seen, 1.0 / np.where(seen, sizes, 1.0), math.inf)
     return tuple(_named(i, vt, sds, free) for i in range(len(vt)))
 
