@@ -1,16 +1,15 @@
-"""Branches for people and for programs: a table of special points, JSON, and files."""
+"""Branches for people and for programs: a table of special points, and JSON."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from ..base.units import display
 from ..equilibria.branch import Branch
 from ..model.labels import special_kind
 from ..model.rod import Rod, Units
-from .report import aligned, describe_rod, slug, write_result
+from .report import aligned, describe_rod, slug
 
 _DIGITS = 10
 
@@ -67,14 +66,3 @@ def branch_stem(rod: Rod | None, beta0: float | None, mode: int = 1) -> str:
     """Return the name of the files of a branch: what is held, and which branch if not the first."""
     held = f"beta0-{beta0:.6g}" if rod is None else f"ratio-{rod.ratio:.6g}" if rod.dimensionless else "rod"
     return slug(f"branch-{held}" if mode == 1 else f"branch-{held}-mode-{mode}")
-
-
-def write_branch(branch: Branch, folder: Path, name: str, *, picture: bool = True) -> Branch:
-    """Write NPZ, CSV and a picture under a name; return the branch as written.
-
-    The picture shows stability, which is then stored too.
-    """
-    if picture:
-        branch = branch.with_stability()
-    write_result(branch, folder, name, picture=picture)
-    return branch

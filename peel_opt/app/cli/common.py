@@ -123,9 +123,9 @@ def say(text: str) -> None:
             raise InvalidInput(f"cannot print the result: {error.strerror}.") from error
 
 
-def say_written(files: Files | None, arguments: argparse.Namespace) -> None:
+def say_written(files: Files, arguments: argparse.Namespace) -> None:
     """Say which files were written: after the result, or beside it where that is one document."""
-    if files is None:
+    if not files:
         return
     if arguments.json:
         print(files.said(), file=sys.stderr)

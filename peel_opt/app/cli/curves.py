@@ -83,18 +83,16 @@ def _trace(arguments: argparse.Namespace) -> int:
     options = _asked(arguments, ("law", "mode", "points", "tol"), "a rod's branch is traced whole")
 
     from ...equilibria.trace import trace
-    from ..branch_report import branch_record, branch_stem, special_table, write_branch
+    from ..branch_report import branch_record, branch_stem, special_table
     from ..report import as_json
 
-    files, stem = out_files(arguments), ""
-    if files is not None:
-        stem = branch_stem(options.get("rod"), options.get("beta0"), arguments.mode)
-        stem = _claimed(
-            files, "trace", options, named("branch", arguments) if arguments.card else stem, arguments
-        )
+    files = out_files(arguments)
+    stem = branch_stem(options.get("rod"), options.get("beta0"), arguments.mode)
+    stem = _claimed(files, "trace", options, named("branch", arguments) if arguments.card else stem)
     branch = trace(**options)
-    if files is not None:
-        branch = write_branch(branch, files.folder, stem, picture=not arguments.no_plot)
+    if files and files.pictures:
+        branch = branch.with_stability()  # the picture shows it, and then it is stored too
+    files.add(branch, stem)
     say(as_json(branch_record(branch)) if arguments.json else special_table(branch))
     say_written(files, arguments)
     if branch.ended in UNFINISHED:
@@ -118,25 +116,22 @@ def _hysteresis(arguments: argparse.Namespace) -> int:
     from ..loop_report import loop_record, loop_stem, loop_table, write_loop
     from ..report import as_json
 
-    files, stem = out_files(arguments), ""
-    if files is not None:
-        stem = loop_stem(options.get("rod"), options.get("beta0"), arguments.convention, arguments.form)
-        stem = named("hysteresis", arguments) if arguments.card else stem
-        stem = _claimed(files, "hysteresis", options | {"form": arguments.form}, stem, arguments)
+    files = out_files(arguments)
+    stem = loop_stem(options.get("rod"), options.get("beta0"), arguments.convention, arguments.form)
+    stem = named("hysteresis", arguments) if arguments.card else stem
+    _claimed(files, "hysteresis", options | {"form": arguments.form}, stem)
     loop = hysteresis(**options)
-    if files is not None:
-        write_loop(loop, files.folder, stem, picture=not arguments.no_plot)
+    if files:
+        write_loop(loop, files.folder, stem, picture=files.pictures)
     say(as_json(loop_record(loop)) if arguments.json else loop_table(loop))
     say_written(files, arguments)
     return OK
 
 
-def _claimed(
-    files: Files, command: str, options: dict[str, Any], stem: str, arguments: argparse.Namespace
-) -> str:
+def _claimed(files: Files, command: str, options: dict[str, Any], stem: str) -> str:
     """Claim the files of a curve, whichever way it is computed; return their name."""
     asked = {name: value for name, value in options.items() if name not in ("points", "tol")}
-    return files.claim_kinds({command: asked}, stem, "npz csv", pictures=not arguments.no_plot)
+    return files.claim_kinds({command: asked}, stem)
 
 
 def _figures(arguments: argparse.Namespace) -> int:
@@ -144,7 +139,6 @@ def _figures(arguments: argparse.Namespace) -> int:
     from ...plots.figures import FORMATS, make, stems
 
     files = out_files(arguments)
-    assert files is not None
     for stem in stems(arguments.names):
         files.claim({"figure": stem}, *(f"{stem}.{form}" for form in FORMATS))
     for path in make(arguments.names, arguments.out, points=arguments.points):

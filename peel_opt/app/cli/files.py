@@ -19,13 +19,13 @@ from ...base.errors import InvalidInput
 RECORD = "written.json"
 
 
-def out_files(arguments: argparse.Namespace) -> Files | None:
-    """Make the folder of --out, before any work is done; None without."""
-    if arguments.out is None:
-        return None
+def out_files(arguments: argparse.Namespace) -> Files:
+    """Make the folder of --out, if there is one, before any work is done."""
     from ...base.files import make_folder
 
-    return Files(make_folder(arguments.out), arguments.line, force=arguments.force)
+    folder = None if arguments.out is None else make_folder(arguments.out)
+    pictures = not getattr(arguments, "no_plot", False)
+    return Files(folder, arguments.line, force=arguments.force, pictures=pictures)
 
 
 def named(stem: str, arguments: argparse.Namespace) -> str:
@@ -38,23 +38,42 @@ def named(stem: str, arguments: argparse.Namespace) -> str:
 
 
 class Files:
-    """Files that one command is about to write.
+    """Files that one command is about to write; false, and without any effect, where it writes none.
 
     Parameters
     ----------
-    folder : Path
-        It exists.
+    folder : Path or None
+        It exists; None where nothing is to be written.
     line : str
         The command as it was typed.
     force : bool
         Whether files of other questions may be replaced.
+    pictures : bool
+        Whether results are drawn.
     """
 
-    def __init__(self, folder: Path, line: str, *, force: bool = False) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path | None, line: str, *, force: bool, pictures: bool) -> None:
+        self._folder = folder
+        self.pictures = pictures
         self._line = line
         self._force = force
         self._before: dict[str, tuple[int, int] | None] = {}
+
+    def __bool__(self) -> bool:
+        return self._folder is not None
+
+    @property
+    def folder(self) -> Path:
+        """The folder, where there is one."""
+        assert self._folder is not None
+        return self._folder
+
+    def add(self, result: Any, stem: str, title: str = "") -> None:
+        """Write NPZ, CSV and a picture of a result that is `Stored`, under a name that is claimed."""
+        if self:
+            from ..report import write_result
+
+            write_result(result, self.folder, stem, picture=self.pictures, title=title)
 
     def claim(self, asked: object, *names: str) -> None:
         """Take names for what is asked, before any work is done.
@@ -70,6 +89,8 @@ class Files:
         InvalidInput
             If one of the files is there and is that of another rod or question.
         """
+        if not self:
+            return
         record = self._record()
         mark = fingerprint(asked)
         for name in names:
@@ -91,9 +112,10 @@ class Files:
         text = json.dumps(dict(sorted(record.items())), indent=1) + "\n"
         atomic_write(self.folder / RECORD, lambda file: file.write(text.encode()))
 
-    def claim_kinds(self, asked: object, stem: str, kinds: str, *, pictures: bool = True) -> str:
-        """Claim the files of one name that end in each of ``kinds``, and in ".png"; return the name."""
-        self.claim(asked, *(f"{stem}.{kind}" for kind in (*kinds.split(), *(["png"] if pictures else []))))
+    def claim_kinds(self, asked: object, stem: str, kinds: str = "npz csv") -> str:
+        """Claim the files of one name that end in each of ``kinds``, and its picture; return the name."""
+        ends = [*kinds.split(), *(["png"] if self.pictures else [])]
+        self.claim(asked, *(f"{stem}.{end}" for end in ends))
         return stem
 
     def said(self) -> str:

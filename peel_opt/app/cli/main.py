@@ -135,7 +135,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from ...base.progress import progress
     from ..any_card import load_any
     from ..cards import Card
-    from ..report import as_json, as_record, heading, summary_stem, table, write_result, write_summary
+    from ..report import as_json, as_record, heading, summary_stem, table, write_summary
 
     # All cards are read before the first is answered: mistakes show at once.
     cards = [(path, load_any(path)) for path in arguments.cards]
@@ -157,11 +157,11 @@ def _run(arguments: argparse.Namespace) -> int:
                 step()
                 continue
             answers = card.ask(method=arguments.method, tol=arguments.tol)
-            if files is not None:
-                answered += [(path, one) for one in answers]
-                for stem, (_, found) in zip(names[number], answers, strict=True):
-                    if not isinstance(found, PeelOptError):
-                        write_result(found, files.folder, stem, picture=not arguments.no_plot)
+            answered += [(path, one) for one in answers]
+            for stem, (_, found) in zip(names[number], answers, strict=True):
+                if not isinstance(found, PeelOptError):
+                    files.add(found, stem)
+            if files:
                 write_summary(answered, files.folder / f"{summary_stem(arguments.cards)}.csv")
             for label, found in answers:
                 if isinstance(found, PeelOptError):
@@ -181,7 +181,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _card_files(
     arguments: argparse.Namespace, cards: Sequence[tuple[str, Card | CalibrationCard]]
-) -> tuple[Files | None, list[list[str]]]:
+) -> tuple[Files, list[list[str]]]:
     """Claim the files of all questions, and of the table of them; return their names by card."""
     from ..cards import Card
     from ..report import stems, summary_stem
@@ -193,10 +193,10 @@ def _card_files(
         if isinstance(card, Card)
     ]
     names = stems([(path, labels) for path, _, labels in asked])
-    if files is not None and asked:
+    if asked:
         for (_, questions, _), found in zip(asked, names, strict=True):
             for question, stem in zip(questions, found, strict=True):
-                files.claim_kinds(question, stem, "npz csv", pictures=not arguments.no_plot)
+                files.claim_kinds(question, stem)
         files.claim([questions for _, questions, _ in asked], f"{summary_stem(arguments.cards)}.csv")
     in_order = iter(names)
     return files, [next(in_order) if isinstance(card, Card) else [] for _, card in cards]
@@ -205,22 +205,20 @@ def _card_files(
 def _ask(arguments: argparse.Namespace) -> int:
     """Answer one question about one rod."""
     from ..cards import as_question
-    from ..report import as_json, as_record, sheet, stems, write_result
+    from ..report import as_json, as_record, sheet, stems
 
     given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
     question, rod = as_question(**given), rod_from(arguments)
     label, ask = question.label(rod), question.pose(rod)
     files, ((stem,),) = out_files(arguments), stems([(arguments.card or "", [label])])
-    if files is not None:
-        files.claim_kinds((rod, question.asked), stem, "npz csv", pictures=not arguments.no_plot)
+    files.claim_kinds((rod, question.asked), stem)
     try:
         found = ask()
     except PeelOptError as error:
         if arguments.json and not isinstance(error, InvalidInput):
             say(as_json(as_record(label, error)))
         raise
-    if files is not None:
-        write_result(found, files.folder, stem, picture=not arguments.no_plot)
+    files.add(found, stem)
     say(as_json(as_record(label, found)) if arguments.json else sheet(label, found))
     say_written(files, arguments)
     return OK

@@ -51,13 +51,12 @@ def fit_card(
     level = card.calibration.level
     document: dict[str, Any] = {"card": path, "title": card.title}
     try:
-        if files is not None:
-            files.claim_kinds(card, slug(Path(path).stem), "csv json", pictures=not arguments.no_plot)
+        files.claim_kinds(card, slug(Path(path).stem), "csv json")
         fit = card.fit(Path(path).parent)
         intervals = intervals_of(fit, level)
         record = fit_record(fit, level, intervals)
-        if files is not None:
-            write_fit(fit, files.folder, Path(path).stem, record, picture=not arguments.no_plot)
+        if files:
+            write_fit(fit, files.folder, Path(path).stem, record, picture=files.pictures)
         if arguments.json:
             document["calibration"] = record
         else:

@@ -59,14 +59,13 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
     questions = _questions(arguments)
 
     from ...studies.tradeoff.run import tradeoff
-    from ..report import as_json, write_result
+    from ..report import as_json
 
-    files, stems = out_files(arguments), [""] * len(questions)
-    if files is not None:
-        for number, (label, ask) in enumerate(questions, 1):
-            stem = named("tradeoff" if len(questions) == 1 else f"tradeoff-{number}", arguments)
-            about = (label, ask.args) if isinstance(ask, partial) else label
-            stems[number - 1] = files.claim_kinds(about, stem, "npz csv", pictures=not arguments.no_plot)
+    files, stems = out_files(arguments), []
+    for number, (label, ask) in enumerate(questions, 1):
+        stem = named("tradeoff" if len(questions) == 1 else f"tradeoff-{number}", arguments)
+        about = (label, ask.args) if isinstance(ask, partial) else label
+        stems.append(files.claim_kinds(about, stem))
     code, documents = OK, []
     for number, (label, ask) in enumerate(questions, 1):
         try:
@@ -78,9 +77,7 @@ def _tradeoff(arguments: argparse.Namespace) -> int:
             complain(f"{label}: {error}")
             code = FAILED
             continue
-        if files is not None:
-            picture = not arguments.no_plot
-            write_result(table, files.folder, stems[number - 1], picture=picture, title=label)
+        files.add(table, stems[number - 1], title=label)
         if arguments.json:
             documents.append({"question": label, **table.record()})
         else:

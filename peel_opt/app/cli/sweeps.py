@@ -122,16 +122,15 @@ def _uncertainty(arguments: argparse.Namespace) -> int:
     files = out_files(arguments)
     asked = {"rod": rod, "given": given, "spread": spread} | chosen(arguments, "law", "state")
     stem = named("samples", arguments)
-    pictures = [named(name, arguments) + ".png" for name in (*GIVEN, *LIMITS) if not arguments.no_plot]
-    if files is not None:
-        files.claim({"uncertainty": asked}, f"{stem}.csv", *pictures)
+    pictures = [named(name, arguments) + ".png" for name in (*GIVEN, *LIMITS) if files.pictures]
+    files.claim({"uncertainty": asked}, f"{stem}.csv", *pictures)
     names = ("of", "law", "state", "method", "tol", "workers", "samples", "seed")
     options = chosen(arguments, *names) | given
     found = uncertainty(rod, spread, indices=not arguments.no_indices, **options)
     say(as_json(found.record()) if arguments.json else repr(found))
-    if files is not None:
+    if files:
         found.to_csv(files.folder / f"{stem}.csv")
-        for name in found.quantities if not arguments.no_plot else ():
+        for name in found.quantities if files.pictures else ():
             _draw(partial(found.plot, of=name), files.folder / f"{named(name, arguments)}.png")
     say_written(files, arguments)
     if any(not number.found.size for number in found.quantities.values()):
@@ -196,18 +195,16 @@ def _sweep(arguments: argparse.Namespace) -> int:
     axes, rod = _axes(arguments)
     stem = named("sweep", arguments)
     files = _files(arguments, stem)
-    if files is not None:
-        asked = {"axes": axes, "rod": rod, "zip": arguments.zip} | chosen(arguments, "law", "state")
-        kinds = "csv npz nc" if arguments.netcdf else "csv npz"
-        files.claim_kinds({"sweep": asked}, stem, kinds, pictures=not arguments.no_plot)
+    asked = {"axes": axes, "rod": rod, "zip": arguments.zip} | chosen(arguments, "law", "state")
+    files.claim_kinds({"sweep": asked}, stem, "csv npz nc" if arguments.netcdf else "csv npz")
     options = chosen(arguments, "law", "state", "method", "tol", "workers")
-    journal = None if files is None else files.folder / f"{stem}.journal"
+    journal = files.folder / f"{stem}.journal" if files else None
     found = sweep(axes, rod=rod, zipped=arguments.zip, journal=journal, **options)
     if arguments.json:
         say(as_json(found.record()))
     else:
-        say(found.csv_text().rstrip("\n") if files is None else repr(found))
-    if files is not None:
+        say(repr(found) if files else found.csv_text().rstrip("\n"))
+    if files:
         _write(found, files.folder / stem, arguments)
     say_written(files, arguments)
     if found.certified.all():
@@ -216,19 +213,16 @@ def _sweep(arguments: argparse.Namespace) -> int:
     return FAILED
 
 
-def _files(arguments: argparse.Namespace, stem: str) -> Files | None:
-    """Return the folder to write to; a journal there is taken up only on request."""
+def _files(arguments: argparse.Namespace, stem: str) -> Files:
+    """Return the files to write; a journal among them is taken up only on request."""
     from ...base.records import require_netcdf
 
-    if arguments.out is None:
-        if arguments.resume or arguments.netcdf:
-            raise InvalidInput("--resume and --netcdf need --out DIR.")
-        return None
+    if arguments.out is None and (arguments.resume or arguments.netcdf):
+        raise InvalidInput("--resume and --netcdf need --out DIR.")
     if arguments.netcdf:
         require_netcdf()
     files = out_files(arguments)
-    assert files is not None
-    if (files.folder / f"{stem}.journal").exists() and not arguments.resume:
+    if files and (files.folder / f"{stem}.journal").exists() and not arguments.resume:
         raise InvalidInput(
             f"{str(files.folder)!r} holds the journal of a sweep already.",
             remedy="Go on with it by --resume, or name another folder.",
