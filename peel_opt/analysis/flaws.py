@@ -6,12 +6,13 @@ cohesive zone, so that they say nothing about an edge that was never glued.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..base.errors import NoEquilibrium, NotConverged
 from ..continuation.family import Family
 from ..continuation.primary import PrimaryBranch
-from ..continuation.special import Located
+from ..continuation.special import Located, found_again
 from ..equilibria.ask import length_given_pressure, pressure_given_length
 from ..equilibria.posed import known_law
 from ..equilibria.result import Equilibrium
@@ -144,9 +145,7 @@ def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> Pressur
     """
     bond = known_law(law) or COHESIVE
     ratio = Closure("ratio", require_rod(rod).ratio)
-    coarse, fine = (
-        minimum_pressure(PrimaryBranch(Family(bond, mesh, ratio))).point.scalars for mesh in MESHES
-    )
+    coarse, fine = (found.point.scalars for found in on_both_meshes(bond, ratio, minimum_pressure))
     error = abs(fine.pressure_ratio - coarse.pressure_ratio) + 1e-15
     return PressureLimit(
         rod.pressure(fine.pressure_ratio),
@@ -155,6 +154,23 @@ def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> Pressur
         error,
         "the minimum pressure of the branch",
     )
+
+
+def on_both_meshes(
+    law: CohesiveLaw, closure: Closure, locate: Callable[[PrimaryBranch], Located]
+) -> tuple[Located, Located]:
+    """Locate a fold on both `MESHES`: by a walk on the coarse one, on the fine one from its neighbours there.
+
+    Raises
+    ------
+    PeelOptError
+        As ``locate`` does.
+    """
+    coarse, fine = (PrimaryBranch(Family(law, mesh, closure)) for mesh in MESHES)
+    fold = locate(coarse)
+    i = coarse.points.index(fold.point)
+    around = coarse.points[i - 1], coarse.points[i + 1]
+    return fold, found_again(fine.family, around, fold) or locate(fine)
 
 
 def minimum_pressure(branch: PrimaryBranch) -> Located:

@@ -22,7 +22,7 @@ from ..model.equations import Scalars
 from ..model.rod import require_ratio
 from ..residual.closures import Closure, Plane
 from ..residual.linear import Linearised, rate
-from .flaws import MESHES, minimum_pressure
+from .flaws import minimum_pressure, on_both_meshes
 from .maxwell_derivative import maxwell_gradient
 from .surface import Gradient
 
@@ -68,21 +68,22 @@ def fold_gradient(ratio: float, law: CohesiveLaw, which: str) -> Gradient:
         If the branch has no such fold.
     """
     require_ratio(ratio)
-    coarse, fine = (_at_fold(ratio, law, which, i) for i in range(len(MESHES)))
+    coarse, fine = _at_fold(ratio, law, which)
     error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
     return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
 
 
 @lru_cache(maxsize=256)
-def _at_fold(ratio: float, law: CohesiveLaw, which: str, mesh: int) -> tuple[float, float]:
-    """Value and derivative of a fold on one mesh."""
-    family = Family(law, MESHES[mesh], Closure("ratio", ratio))
-    branch = PrimaryBranch(family)
-    point = FOLDS[which](branch).point
+def _at_fold(ratio: float, law: CohesiveLaw, which: str) -> tuple[tuple[float, float], ...]:
+    """Value and derivative of a fold on both meshes."""
+    closure, found = Closure("ratio", ratio), []
     read: Callable[[Scalars], float] = PRESSURE if which == "readhesion_pressure" else LENGTH
-    at = Linearised.at(point.problem, point.x, family.closure, Plane.facing(point.direction))
-    change = at.response()[point.problem.tail, 0]
-    return float(read(point.scalars)), rate(read, point.tail, change)
+    for fold in on_both_meshes(law, closure, FOLDS[which]):
+        point = fold.point
+        at = Linearised.at(point.problem, point.x, closure, Plane.facing(point.direction))
+        change = at.response()[point.problem.tail, 0]
+        found.append((float(read(point.scalars)), rate(read, point.tail, change)))
+    return tuple(found)
 
 
 def PRESSURE(s: Scalars) -> float:

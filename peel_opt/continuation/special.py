@@ -121,6 +121,23 @@ def located(family: Family, here: Point, there: Point, kind: str, monitor: Monit
     return Located(kind, *family.turning_point(here, there, monitor), monitor)
 
 
+def found_again(family: Family, around: tuple[Point, Point], found: Located) -> Located | None:
+    """Find a special point on another mesh, from its neighbours on a branch; None if it is not between them.
+
+    Only they are solved for anew: a finer mesh is not walked.
+    """
+    ends = []
+    for point in around:
+        solved = family.solve(point.profile, Plane.across(point.place, point.direction))
+        if solved is None:
+            return None
+        ends.append(family.point(solved[0], solved[1].x, point.direction, point.arclength, 0))
+    here, there = ends
+    if found.monitor(here) * found.monitor(there) >= 0.0:
+        return None
+    return located(family, here, there, found.kind, found.monitor)
+
+
 def place_error(family: Family, found: Located) -> float:
     """How far a special point may be from its place, along the branch.
 

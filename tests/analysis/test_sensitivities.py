@@ -11,8 +11,11 @@ import mpmath
 import pytest
 
 import peel_opt as po
+from peel_opt.analysis import flaws
+from peel_opt.analysis.flaws import MESHES
 from peel_opt.analysis.limits import LIMITS
 from peel_opt.analysis.maxwell_derivative import maxwell_gradient
+from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.equilibria.branch_points import equilibrium_at
 
 from .. import oracle
@@ -180,6 +183,25 @@ def test_limits_by_differences(of: str) -> None:
 
     central = (value(2e-4) - value(-2e-4)) / 4e-4
     assert found["adhesion_range"] * ROD.adhesion_range == pytest.approx(central, rel=2e-6)
+
+
+def test_a_limit_is_walked_to_on_one_mesh_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the finer one, which tells the error, it is found beside: the answer is that of a walk there."""
+    rod, walked = po.Rod.from_ratio(0.777), []
+    extend = PrimaryBranch.extend
+
+    def counted(self: PrimaryBranch, enough: Callable) -> None:
+        walked.append(self.family.transcription)
+        extend(self, enough)
+
+    monkeypatch.setattr(PrimaryBranch, "extend", counted)
+    beside = po.readhesion_pressure(rod)
+    assert set(walked) == {MESHES[0]}
+    monkeypatch.setattr(flaws, "found_again", lambda *_: None)
+    along = po.readhesion_pressure(rod)
+    assert set(walked) == set(MESHES)
+    assert beside.pressure == pytest.approx(along.pressure, rel=1e-13)
+    assert max(beside.error, along.error) < 1e-12
 
 
 def test_limits_are_those_of_their_own_functions() -> None:
