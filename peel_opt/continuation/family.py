@@ -20,6 +20,7 @@ from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, T
 from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
+from .corners import crossed, next_corner
 from .points import Point, arclength_between, place_of
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
@@ -140,7 +141,12 @@ class Family:
         yield here
         while ds > control.smallest:
             there = self.step(here, ds)
-            if there is None or here.direction @ there.direction < control.turn:
+            if there is not None and here.direction @ there.direction < control.turn:
+                there = None
+            if there is None or crossed(self, here, there):
+                corner = next_corner(self, here, ds)
+                there = corner if corner is not None and is_flat(corner.profile) else there
+            if there is None:
                 ds *= 0.5
                 continue
             if there.iterations <= control.quick:
@@ -162,7 +168,9 @@ class Family:
             a, b = low.miss(other), high.miss(other)
             for start in sorted((low, high), key=lambda p: abs(p.miss(other))):
                 found = self.solve(start.profile, other)
-                if found is not None and self.between(low, high, place_of(*found)):
+                if found is None or _past_a_corner(low, found[0], high):
+                    continue
+                if self.between(low, high, place_of(*found)):
                     return found
             share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
             middle = self.step(low, shrink * share * span)
@@ -229,6 +237,11 @@ def is_flat(profile: Profile) -> bool:
 def _resolution(point: Point) -> float:
     """Length of branch below which doubles do not tell places apart, far out."""
     return 16.0 * EPS * max(abs(point.arclength), float(np.linalg.norm(point.place)))
+
+
+def _past_a_corner(low: Point, problem: Discretisation, high: Point) -> bool:
+    """Whether a solution near two neighbours is on the far side of one that is a corner."""
+    return problem is low.before or (high.before is not None and problem is high.problem)
 
 
 def _crossed_over(here: Point, there: Point) -> bool:

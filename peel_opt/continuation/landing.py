@@ -18,6 +18,9 @@ from .special import Located
 #: Distance in the metric of the arclength within which a landing is a point that is there already.
 SAME_PLACE = 1e-9
 
+#: How a walk ends whose branch goes on: where steps fail, or there have been enough.
+UNFINISHED = ("stalled", "limit")
+
 #: Closures that hold one of the scalars itself.
 _HELD = {"amplitude": "A", "length": "sigma", "lam": "lam"}
 
@@ -40,14 +43,20 @@ def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]
     return list(dict.fromkeys(pairs))
 
 
-def require_met(asked: Sequence[tuple[str, float]], met: set[tuple[str, float]]) -> None:
-    """Raise where a value that was asked for is nowhere on a branch."""
+def require_met(asked: Sequence[tuple[str, float]], met: set[tuple[str, float]], ended: str) -> None:
+    """Raise where a value that was asked for is nowhere on a branch, or not on what was walked of it."""
     missed = [f"{name} = {value:g}" for name, value in asked if (name, value) not in met]
-    if missed:
-        raise NoEquilibrium(
-            f"no point of the branch has {', nor '.join(missed)}, asked for with at=.",
-            remedy="Ask for values that the branch takes between its ends.",
+    if not missed:
+        return
+    if ended in UNFINISHED:
+        raise NotConverged(
+            f"{', nor '.join(missed)}, asked for with at=, not met on the branch as far as it was walked.",
+            remedy="Walk further, or ask for values between the ends of what was walked.",
         )
+    raise NoEquilibrium(
+        f"no point of the branch has {', nor '.join(missed)}, asked for with at=.",
+        remedy="Ask for values that the branch takes between its ends.",
+    )
 
 
 def with_asked(

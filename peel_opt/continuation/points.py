@@ -32,6 +32,9 @@ class Point:
         Newton iterations it took.
     orientation : int
         Sign of the determinant of the bordered Jacobian; 0 if it is not known.
+    before : Discretisation, optional
+        At a corner of the branch, the problem on the side it is walked from; ``problem`` and
+        ``tangent`` are those of the other side.
     """
 
     problem: Discretisation
@@ -40,6 +43,7 @@ class Point:
     arclength: float
     iterations: int
     orientation: int = 0
+    before: Discretisation | None = None
 
     @cached_property
     def scalars(self) -> Scalars:

@@ -24,7 +24,7 @@ from ..base.errors import NotConverged
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
-from ..residual.closures import Closure
+from ..residual.closures import READINGS, Closure
 from ..residual.discretisation import Profile
 from ..residual.transcriptions import Spectral
 from .family import Family, StepControl, transition
@@ -222,9 +222,9 @@ class PrimaryBranch:
         """
         if not self.points or self.family.law.initial_slope > 0.0:
             return
-        sought = {"pressure": lambda s: s.pressure_ratio, "length": lambda s: s.sigma}.get(given.kind)
-        if sought is None or (given.kind == "pressure" and given.value >= 1.0):
+        if given.kind not in ("pressure", "length") or (given.kind == "pressure" and given.value >= 1.0):
             return
+        sought = READINGS[given.kind]
         with self._lock:
             first = self.points[0]
             back = self.family.point(first.problem, first.x, -first.direction, 0.0, first.iterations)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..residual.closures import Plane
-from ..residual.phases import heights_with_extrema
+from ..residual.phases import heights_with_extrema, turning_heights
 from ..residual.shape import sample_shape
 from .family import FOLD_WIDTH, Family
 from .points import Point
@@ -22,6 +23,9 @@ Monitor = Callable[[Point], float]
 
 #: Two monitors that vanish within this at one point tell of one event.
 SAME = 1e-9
+
+#: Difference in y/y0 from a jump of the traction within which a special point is at it.
+AT_JUMP = 1e-9
 
 #: No rod rises by this share of y0 between two points of its profile.
 CLEAR = 0.02
@@ -54,6 +58,14 @@ def highest_excess(point: Point) -> float:
         options={"xatol": 1e-10},
     )
     return max(-float(around.fun), float(u[top])) - 1.0
+
+
+def off_a_jump(family: Family, point: Point) -> float:
+    """Least difference between a jump of the traction and the heights of the tip and of the vertices."""
+    if not family.law.jumps:
+        return math.inf
+    off = np.subtract.outer(turning_heights(point.profile), np.array(family.law.jumps)).ravel()
+    return float(off[np.argmin(np.abs(off))])
 
 
 def apart(point: Point) -> float:
@@ -147,6 +159,9 @@ def place_error(family: Family, found: Located) -> float:
     """
     finer = replace(family, transcription=family.transcription.refined())
     point, monitor = found.point, found.monitor
+    if abs(off_a_jump(family, point)) < AT_JUMP:
+        # A fold at a corner: its own rate jumps there, the height that makes the corner does not.
+        monitor = partial(off_a_jump, family)
     again = finer.solve(point.profile, Plane.across(point.place, point.direction))
     aside = family.step(point, ASIDE)
     if again is None or aside is None:
@@ -174,7 +189,7 @@ def locate(
             if values[i] * values[i + 1] >= 0.0:
                 continue
             same = (p.point for p in found if p.kind == kind)
-            between = (p for p in same if here.arclength < p.arclength < there.arclength)
+            between = (p for p in same if here.arclength <= p.arclength <= there.arclength)
             if any(abs(monitor(point)) < SAME for point in between):
                 continue  # the tip is the highest place
             found.append(located(family, here, there, kind, monitor))

@@ -147,7 +147,7 @@ class Walk(Iterator[Scalars]):
             found.append(self._contact)
         asked = asked_at(at)
         points, specials, met = with_asked(self.family, self.points, found, asked)
-        require_met(asked, met)
+        require_met(asked, met, self.ended or "limit")
         labels = labels_on_branch(self.family, points)
         part = WalkedSide(self.family, points, specials, labels.__getitem__, self.ended or "limit")
         return assemble([part], self.rod, part.ended, {})
@@ -206,9 +206,11 @@ def follow(
     InvalidInput
         If an argument cannot be meant.
     NoEquilibrium
-        If the start is a branch that ended at the contact, or a value of ``at`` is not met.
+        If the start is a branch that ended at the contact, or a branch that is walked to its end does
+        not take a value of ``at``.
     NotConverged
-        If a point is less accurate than that; a `Walk` keeps all points and says their errors.
+        If a point is less accurate than that, or a value of ``at`` is not met in so many steps; a
+        `Walk` keeps all points and says their errors.
 
     Returns
     -------

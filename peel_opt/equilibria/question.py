@@ -21,7 +21,7 @@ from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, sof
 from ..model.bond import COHESIVE, LINEAR
 from ..model.labels import UNFOLDED, fits
 from ..model.rod import RATIOS, require_ratio
-from ..residual.closures import Closure
+from ..residual.closures import READINGS, Closure
 from .certify import report
 from .closed_form import closed_form
 from .methods import Answer, Method, answer
@@ -271,7 +271,8 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
 
 def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
     """Whether the last points of a walk come nearer to what is looked for."""
-    before, last = (p.miss(target) for p in branch.points[-2:])
+    read = READINGS[target.kind]
+    before, last = (read(p.scalars) - target.value for p in branch.points[-2:])
     return before * last > 0.0 and abs(last) < abs(before)
 
 
@@ -304,8 +305,7 @@ def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
         branch.extend(lambda _: bool(branch.folds) or len(branch.points) > FAR)
         asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
     else:
-        kind, asked = question.target.kind, question.target.value
-        read = (lambda s: s.pressure_ratio) if kind == "pressure" else (lambda s: s.sigma)
+        asked, read = question.target.value, READINGS[question.target.kind]
         values = [read(p.scalars) for p in _of_the_state(branch, question)]
     if not values:
         return None

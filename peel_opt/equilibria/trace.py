@@ -15,7 +15,7 @@ from ..base.errors import InvalidInput, NotConverged, OutOfRange
 from ..base.threads import one_thread
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
-from ..continuation.landing import asked_at, landings, require_met, with_asked
+from ..continuation.landing import UNFINISHED, asked_at, landings, require_met, with_asked
 from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import RANGE, locate
@@ -105,7 +105,8 @@ def trace(
     NoEquilibrium
         If the branch takes a value of ``at`` nowhere.
     NotConverged
-        If the branch cannot be started, or is not accurate to ``tol`` with the finest mesh.
+        If the branch cannot be started, is not accurate to ``tol`` with the finest mesh, or a value of
+        ``at`` is not met on a branch that could not be followed to its end.
 
     Examples
     --------
@@ -164,7 +165,8 @@ def trace(
             _finished(w, filled(w.family, piece, spacing), ended, asked) for w, piece, ended in inside
         ]
         parts = [part for part, _ in finished]
-        require_met(asked, set().union(*(met for _, met in finished)))
+        unfinished = next((w.ended for w in walks if w.ended in UNFINISHED), "")
+        require_met(asked, set().union(*(met for _, met in finished)), unfinished)
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())

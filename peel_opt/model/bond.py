@@ -18,7 +18,7 @@ import numpy as np
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput, NoEquilibrium
-from .law_checks import check_law
+from .law_checks import JUMP, check_law
 
 if TYPE_CHECKING:
     from .equations import Scalars
@@ -269,6 +269,15 @@ class CohesiveLaw:
         The linear law pushes where it should let go: its branch may run through p = 0 for ever.
         """
         return all(self.separation_work(2.0**k) > 0.0 for k in range(FARTHEST))
+
+    @cached_property
+    def jumps(self) -> tuple[float, ...]:
+        """The kinks at which the traction itself jumps, not its slope alone."""
+        below, above = self.pieces[:-1], self.pieces[1:]
+        rises = [
+            float(b.drop(k)) - float(a.drop(k)) for k, a, b in zip(self.kinks, below, above, strict=True)
+        ]
+        return tuple(k for k, rise in zip(self.kinks, rises, strict=True) if abs(rise) > JUMP)
 
     @property
     def initial_slope(self) -> float:

@@ -33,6 +33,13 @@ EQUATIONS: dict[str, Callable[..., Any]] = {
     "plane": lambda s, offset, *normal: ca.dot(ca.vertcat(*normal), coordinates(s)) - offset,
 }
 
+#: The number that the equation of some closures gives, in its own units.
+READINGS: dict[str, Callable[[Scalars], float]] = {
+    "length": lambda s: float(s.sigma),
+    "pressure": lambda s: float(s.pressure_ratio),
+    "lam": lambda s: float(s.lam),
+}
+
 #: How many numbers a closure takes, where it is not one.
 TAKES = {"plane": 5}
 

@@ -37,6 +37,9 @@ from .kept import keep
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]
 
+#: Share of a rod below which a phase has no length.
+THIN = 1e-13
+
 #: Points per phase of a profile: enough for a start, sparse enough to be free.
 PROFILE_POINTS = 33
 
@@ -264,6 +267,17 @@ class Discretisation(ABC):
             return np.ones(1)
         free = x[self.inner]
         return np.append(free, 1.0 - free.sum())
+
+    def without_points(self, x: np.ndarray) -> tuple[Discretisation, np.ndarray]:
+        """Return the same solution without phases of no length, which it has at a corner of a branch."""
+        keep = self.lengths(x) > THIN
+        if keep.all() or self.settings is None:
+            return self, x
+        profile = self.profile(x)
+        lengths = profile.lengths[keep] / profile.lengths[keep].sum()
+        phases = tuple(piece for piece, kept in zip(self.phases, keep, strict=True) if kept)
+        problem = self.settings.discretise(phases)
+        return problem, problem.pack(Profile(lengths, profile.values[keep], profile.scalars))
 
     def profile(self, x: np.ndarray) -> Profile:
         """Sample a solution."""

@@ -86,6 +86,7 @@ class Spectrum:
 
     @one_thread
     def __init__(self, problem: Discretisation, x: np.ndarray, given: Closure | None = None) -> None:
+        problem, x = problem.without_points(x)
         states = (problem, x), _finer(problem, x, given)
         coarse, self._fine = (Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True))
         self.mu, rough = self._fine.eigenvalues(), coarse.eigenvalues()

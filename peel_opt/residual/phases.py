@@ -94,6 +94,13 @@ def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([xi, extra])[order], np.concatenate([u, at_extra])[order]
 
 
+def turning_heights(profile: Profile) -> np.ndarray:
+    """u at the tip, and at every interior extremum after it."""
+    _, u = heights_with_extrema(profile)
+    turns = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) <= 0.0) + 1
+    return u[[0, *turns]]
+
+
 def _crossings(
     profile: Profile, xi: np.ndarray, excess: np.ndarray, kink: float, below: int
 ) -> list[tuple[float, int, int]]:

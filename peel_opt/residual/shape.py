@@ -66,6 +66,7 @@ class Solution:
 
 def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     """Sample a solution at ``DENSE_POINTS`` points per phase, kinks included once."""
+    problem, unknowns = problem.without_points(unknowns)
     dense = np.linspace(0.0, 1.0, DENSE_POINTS)
     nodes, _ = chebyshev(QUADRATURE_POINTS)
     both = np.concatenate([dense, nodes])

@@ -26,6 +26,14 @@ def decaying(u: np.ndarray) -> np.ndarray:
     return np.exp(-np.clip(u, -5.0, None))
 
 
+def dropping(u: np.ndarray) -> np.ndarray:
+    return np.where(u < 1.0, 1.0 - 0.1 * u, 0.0)
+
+
+#: A law whose traction jumps.
+DROP = po.CohesiveLaw([lambda u: 1.0 - 0.1 * u, lambda u: 0.0 * u], kinks=(1.0,), name="drop")
+
+
 def brute(tau: Traction, ratio: float, P: float, tip: float, longest: float) -> list[tuple[float, float]]:
     """(sbar/eta, tip angle) of states above the plate, in lengths of eta: shoot from the edge, s backwards.
 
@@ -82,6 +90,7 @@ def brute(tau: Traction, ratio: float, P: float, tip: float, longest: float) -> 
         (1.0, 0.5, "auto", softening, 1.0),
         (0.2, 0.9, "auto", softening, 0.2),
         (1.5, 0.5, po.exponential(), decaying, 1.5936242600400394),  # P u = 1 - exp(-u)
+        (1.0, 0.97, DROP, dropping, 0.6),
     ],
 )
 def test_no_state_above_the_plate_is_missed(
@@ -99,6 +108,32 @@ def test_no_state_above_the_plate_is_missed(
     # The reaction at the edge is the load that is left there.
     for eq in found:
         assert 0.0 < -eq.shape.Ny[-1] / eq.length_ratio**2 < states.searched.edge_reactions[1]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "met", "not_met"), [(1.0, [0.6, 0.958], [0.3]), (3.0, [0.97], []), (10.0, [0.97], [])]
+)
+def test_the_branch_under_a_law_that_jumps_has_the_states_that_a_scan_finds(
+    ratio: float, met: list[float], not_met: list[float]
+) -> None:
+    """It has a corner where the tip comes to the jump, and goes on to the contact."""
+    rod = po.Rod.from_ratio(ratio)
+    branch = po.trace(rod, law=DROP, at={"pressure_ratio": met})
+    assert branch.ended == "contact"
+    assert branch.special("contact")[0].pressure_ratio == pytest.approx(1.0, abs=1e-9)
+    for P in (*met, *not_met):
+        walked = np.sort(branch.length_ratio[np.abs(branch.pressure_ratio - P) < 1e-9])
+        scanned = [eq for eq in po.equilibria(rod, pressure=P, law=DROP) if eq.state != "other"]
+        assert walked == pytest.approx(sorted(eq.length_ratio for eq in scanned), rel=1e-7)
+        for state in ("unfolded", "folded"):
+            there = [eq for eq in scanned if (eq.state == "folded") == (state == "folded")]
+            if there:
+                best = min(there, key=lambda eq: eq.error)
+                found = po.length_given_pressure(rod, P, law=DROP, state=state, near=best.length_ratio)
+                assert found.length_ratio == pytest.approx(best.length_ratio, rel=1e-9)
+            else:
+                with pytest.raises(po.NoEquilibrium):
+                    po.length_given_pressure(rod, P, law=DROP, state=state)
 
 
 def test_states_of_each_height_of_the_tip_are_found() -> None:
