@@ -16,6 +16,7 @@ from ..base.threads import one_thread
 from ..continuation.ends import beside_folds, sharpened
 from ..continuation.goal import ENDLESS, Goal
 from ..continuation.isobars import states_near
+from ..continuation.landing import UNFINISHED
 from ..continuation.points import Point
 from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, softens
 from ..model.bond import COHESIVE, LINEAR
@@ -175,7 +176,7 @@ def _select(question: Question) -> tuple[Candidate, float, int]:
         raise _nothing_fits(branch, question, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
-    elif branch.ended in ("stalled", "limit") and not question.goal.passed(branch):
+    elif branch.ended in UNFINISHED and not question.goal.passed(branch):
         raise _not_followed(branch, question, True)  # the state meant may lie beyond
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
         values = [posed.read(c.profile.scalars) for c in fitting]
@@ -239,7 +240,7 @@ def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candida
     if not found and branch.family.law.branch_ends:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
-    if branch.ended in ("stalled", "limit"):
+    if branch.ended in UNFINISHED:
         in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
         # What is left of a branch of these laws is known to go on the way it went.
         simple = branch.family.law in (LINEAR, COHESIVE)
