@@ -132,7 +132,7 @@ class SpectralDiscretisation(Discretisation):
             )
         return out
 
-    def _chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals from the tip to ``zeta`` in each phase, and to the end of each phase."""
         count = len(self.phases)
         points = len(zeta)
@@ -151,7 +151,7 @@ class SpectralDiscretisation(Discretisation):
         dh = np.zeros((self.field_count, self.size))
         free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
         dh[:, self.inner] = np.kron(free, ones)
-        integration = Integration(np.vstack(self._chain(self.zeta)), h, dh, self.field_count)
+        integration = Integration(np.vstack(self.chain(self.zeta)), h, dh, self.field_count)
         return SpectralFields(self.phases, integration, curl, tail, gradients=gradients)
 
     @cached_property
@@ -170,7 +170,7 @@ class SpectralDiscretisation(Discretisation):
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields at the same local coordinates in every phase."""
         f = self._fields
-        matrix, _ = self._chain(np.asarray(zeta))
+        matrix, _ = self.chain(np.asarray(zeta))
         there = replace(f.integration, matrix=matrix)
         rise = there.of(f.slope.values)
         return ca.horzcat(

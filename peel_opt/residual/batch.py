@@ -1,0 +1,198 @@
+"""Newton for a stack of states, and how far each of them is to be trusted.
+
+Every state goes its own way: whether its Jacobian is renewed, and when it has converged, depends on
+itself alone.  The inverse of its last Jacobian serves the steps after it, says how the answered number
+responds to the equations, and with the residual on the next finer mesh what the nodes have left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..model.bond import CohesiveLaw
+from ..model.equations import PI4, Scalars
+from ..model.law_arrays import mean_drops
+from .closures import EQUATIONS
+from .estimate import SAFE
+from .linear import IMAGINARY
+from .newton import CONTRACTION
+from .rounding import EPS, UNITS
+from .stack import Stack, gradient
+
+#: Size of an update from which on the inverse at hand does: the next is smaller by about this factor.
+CHORD = 1e-3
+
+#: Largest scaled update at which to stop, and iterations at most.
+ENOUGH, MOST_ITERATIONS = 1e-11, 10
+
+#: A start whose update is larger is none.
+WILD = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """States of a stack, solved for the numbers given; rows of those that did not converge mean nothing.
+
+    Parameters
+    ----------
+    stack : Stack
+    kinds : tuple of str
+        Of the closures.
+    given : ndarray, shape (states, closures)
+    x : ndarray, shape (states, size)
+    converged : ndarray of bool
+    update : ndarray, shape (states, size)
+        The last one.
+    inverse : ndarray, shape (states, size, size)
+    sizes : ndarray, shape (states, size)
+        Of the terms of the equations.
+    """
+
+    stack: Stack
+    kinds: tuple[str, ...]
+    given: np.ndarray
+    x: np.ndarray
+    converged: np.ndarray
+    update: np.ndarray
+    inverse: np.ndarray
+    sizes: np.ndarray
+
+    @property
+    def scalars(self) -> Scalars:
+        """The four scalars, each an array."""
+        return self.stack.scalars(self.x)
+
+    def of(self, rows: np.ndarray) -> Solved:
+        """Some of the states."""
+        parts = (self.given, self.x, self.converged, self.update, self.inverse, self.sizes)
+        return Solved(self.stack, self.kinds, *(part[rows] for part in parts))
+
+    def response(self) -> np.ndarray:
+        """Derivatives of the scalars by the given numbers, shape (states, 4, closures)."""
+        count = len(self.kinds)
+        return -self.inverse[:, -4:, -count:] * self._by_given()[:, None, :]
+
+    def _by_given(self) -> np.ndarray:
+        """Derivative of each closure by its number, shape (states, closures)."""
+        rates = [
+            np.broadcast_to(
+                np.imag(EQUATIONS[kind](self.scalars, number + 1j * IMAGINARY)) / IMAGINARY, len(self.x)
+            )
+            for kind, number in zip(self.kinds, self.given.T, strict=True)
+        ]
+        return np.stack(rates, axis=1)
+
+    def errors(self, read: Callable[[Scalars], Any]) -> np.ndarray:
+        """Absolute error of a number read off the scalars, shape (states,).
+
+        What the nodes left out is the residual of the solution on the next finer mesh, weighted with the
+        response of the number to it.  It may be small by chance, but not in every scalar: as far as the
+        same residues move the number, that of each scalar counts.  To it comes what rounding does.
+        """
+        slope = gradient(read, self.x)
+        towards = self.inverse[:, -4:, :]
+        own = (slope[:, None, :] @ towards)[:, 0]
+        residual = self.stack.finer.equations(self.stack.prolonged(self.x), self.kinds, self.given)
+        missed = self.stack.restricted(residual)
+        each = np.abs((towards @ missed[:, :, None])[:, :, 0])
+        leverage = _norm(own)[:, None] / np.maximum(_norm(towards), np.finfo(float).tiny)
+        left_out = np.maximum(np.abs((own * missed).sum(axis=1)), (leverage * each).max(axis=1))
+        return SAFE * left_out + self._rounding(read, slope, own)
+
+    def _rounding(self, read: Callable[[Scalars], Any], slope: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """What rounding of the terms, of the given numbers and of the number itself does to it."""
+        count = len(self.kinds)
+        by_given = np.abs(own[:, -count:] * self._by_given())
+        # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
+        least = {"pressure": 1.0, "lam": PI4}
+        sizes = np.maximum(np.abs(self.given), [least.get(kind, 0.0) for kind in self.kinds])
+        digits = np.abs(read(self.scalars)) + (by_given * sizes).sum(axis=1)
+        last = np.abs((slope * self.update[:, -4:]).sum(axis=1))
+        return 4.0 * last + EPS * (UNITS * _norm(own * self.sizes) + 2.0 * digits)
+
+    def certificates(self, law: CohesiveLaw) -> np.ndarray:
+        """What `residual.certificate` says of each state, shape (states,)."""
+        Theta, _, height = self.stack.shapes(self.x)
+        s = self.scalars
+        defect = np.abs(s.alpha1 / s.beta0 + mean_drops(law, height))
+        return np.maximum(defect, np.abs(s.A * Theta[:, -1]))
+
+
+@np.errstate(all="ignore")  # what goes astray is no number for a step, and left out
+def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.ndarray) -> Solved:
+    """Solve for the numbers given, each state from its own start.
+
+    Parameters
+    ----------
+    stack : Stack
+    kinds : tuple of str
+        Two keys of `EQUATIONS` that take one number each.
+    given : ndarray, shape (states, 2)
+    start : ndarray, shape (states, size)
+
+    Returns
+    -------
+    Solved
+    """
+    x, count = start.copy(), len(start)
+    update, sizes = np.zeros_like(x), np.zeros_like(x)
+    inverse = np.zeros((count, stack.size, stack.size))
+    step, before = np.full(count, np.inf), np.full(count, np.inf)
+    converged, going = np.zeros(count, bool), np.arange(count)
+    for _ in range(MOST_ITERATIONS):
+        chord = step[going] < np.minimum(CHORD, CONTRACTION * before[going])
+        renewed = going[~chord]
+        values = np.empty((count, stack.size))
+        if renewed.size:
+            values[renewed], jacobian = stack.linearise(x[renewed], kinds, given[renewed])
+            sizes[renewed] = _applied(np.abs(jacobian), np.abs(x[renewed]))
+            inverse[renewed] = _inverses(jacobian)
+        if chord.any():
+            kept = going[chord]
+            values[kept] = stack.equations(x[kept], kinds, given[kept])
+        update[going] = -_applied(inverse[going], values[going])
+        before[going] = step[going]
+        step[going] = (np.abs(update[going]) / _scale(stack, x[going])).max(axis=1)
+        sound = step[going] <= WILD  # also not where it is no number
+        going, chord = going[sound], chord[sound]
+        x[going] += update[going]
+        # Where rounding lets an update get no smaller, it stops as well.
+        settled = ~chord & (step[going] < 1e4 * ENOUGH) & (step[going] > 0.5 * before[going])
+        done = (step[going] < ENOUGH) | settled
+        converged[going[done]] = True
+        going = going[~done]
+        if not going.size:
+            break
+    return Solved(stack, kinds, given, x, converged, update, inverse, sizes)
+
+
+def _inverses(matrices: np.ndarray) -> np.ndarray:
+    """Inverses of a stack, not numbers where there is none."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full_like(matrices, np.nan)
+        return np.concatenate([_inverses(matrix[None]) for matrix in matrices])
+
+
+def _scale(stack: Stack, x: np.ndarray) -> np.ndarray:
+    """Size of each unknown's block: the nodes together, every other number for itself."""
+    scale = 1.0 + np.abs(x)
+    scale[:, : stack.nodes] = scale[:, : stack.nodes].max(axis=1, keepdims=True)
+    return scale
+
+
+def _applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return the matrix of every state times its vector."""
+    product: np.ndarray = (matrices @ vectors[:, :, None])[:, :, 0]
+    return product
+
+
+def _norm(values: np.ndarray) -> np.ndarray:
+    """Euclidean norm along the last axis."""
+    return np.sqrt((values * values).sum(axis=-1))

@@ -1,0 +1,124 @@
+"""The part of a rod that the bond has let go, in closed form but for one curve.
+
+From the free tip on, as long as there is no traction, a rod feels the pressure alone.  The moment of a
+uniform pressure on an arc is p/2 times the square of its chord, so that with lengths in (k/p)^(1/3)
+
+    phi' = (X^2 + Y^2) / 2,   X' = cos phi,   Y' = sin phi,   phi = X = Y = 0 at the tip:
+
+one curve for all rods and pressures, turned by the tip angle.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from ..base.quadrature import Grid
+from ..model.equations import Scalars
+
+#: Longest arc, in (k/p)^(1/3): it has turned by 2.8, which no unfolded state does.
+LONGEST = 2.8
+
+#: Chebyshev nodes of the curve, Gauss nodes of its integrals, and successive approximations until it has
+#: settled to rounding.
+NODES, GAUSS, ROUNDS = 30, 60, 60
+
+
+class FreeCurve(NamedTuple):
+    """The angle turned, and the place, at distances from the tip."""
+
+    phi: np.ndarray
+    X: np.ndarray
+    Y: np.ndarray
+
+
+@lru_cache(maxsize=1)
+def _curve() -> np.ndarray:
+    """Chebyshev coefficients of phi/c^3, X/c and Y/c^4 in c^3 from 0 to LONGEST^3, shape (NODES, 3).
+
+    Of the cube of the distance these are smooth functions, and close to the tip they keep their digits.
+    """
+    angles = np.pi * (np.arange(NODES) + 0.5) / NODES
+    to_series = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
+    to_series[0] *= 0.5
+    grid, cube = Grid.gauss(GAUSS), 0.5 * LONGEST**3 * (1.0 + np.cos(angles))
+    # From values at the nodes to the mean of their polynomial between 0 and c, weighted with a power.
+    there = np.multiply.outer(cube, grid.xi**3)
+    between = chebyshev.chebvander(2.0 * there / LONGEST**3 - 1.0, NODES - 1) @ to_series
+    mean = {power: np.einsum("k,ikj->ij", grid.weights * grid.xi**power, between) for power in (0, 2, 3)}
+    F, G, H = np.full(NODES, 1.0 / 6.0), np.ones(NODES), np.full(NODES, 1.0 / 24.0)
+    for _ in range(ROUNDS):
+        phi = cube * F
+        G, H = mean[0] @ np.cos(phi), mean[3] @ (np.sin(phi) / cube)
+        F = 0.5 * mean[2] @ (G * G + (cube * H) ** 2)
+    return to_series @ np.stack([F, G, H], axis=1)
+
+
+def curve(c: np.ndarray) -> FreeCurve:
+    """The curve at distances 0 <= c <= LONGEST from the tip; not a number beyond."""
+    cube = np.where(np.abs(c) <= LONGEST, c * c * c, np.nan)
+    F, G, H = chebyshev.chebval(2.0 * cube / LONGEST**3 - 1.0, _curve())
+    return FreeCurve(cube * F, c * G, c * cube * H)
+
+
+class End(NamedTuple):
+    """Where a free arc ends: Theta, K, rise above the tip and n_y, shape (states, 4); and their rates.
+
+    The rates, shape (states, 4, 5), are by the share ``l`` of the length that is free and by the scalars.
+    """
+
+    values: np.ndarray
+    rates: np.ndarray
+
+
+def end_of(share: np.ndarray, s: Scalars) -> np.ndarray:
+    """Theta, K, rise above the tip and n_y at the end of the free arc, shape (states, 4)."""
+    return _end(share, s)[0]
+
+
+def end_with_rates(share: np.ndarray, s: Scalars) -> End:
+    """The same with its gradient."""
+    values, q, c = _end(share, s)
+    phi, X, Y = curve(c)
+    Theta, K, rise, ny = values.T
+    A, zero = s.A, np.zeros_like(s.A)
+    sine, cosine = np.sin(phi - A), np.cos(phi - A)
+    along = X * np.cos(phi) + Y * np.sin(phi)  # derivative of half the square of the chord
+    by_c = np.stack([A * K / q, q * along, sine / q, q * q * cosine], axis=1) / A[:, None]
+    by_q = np.stack([zero, K / q, -rise / q, 2.0 * ny / q], axis=1)
+    by_A = np.stack([-(Theta + 1.0), -K, -ny / q**3 * A - rise, q**3 * A * rise - ny], axis=1) / A[:, None]
+    # c = l q with q^3 = alpha = sigma^3 + m A.
+    by_alpha = (by_q + share[:, None] * by_c) * (q / (3.0 * s.alpha))[:, None]
+    rates = [
+        by_c * q[:, None],
+        by_A + by_alpha * s.m[:, None],
+        by_alpha * A[:, None],
+        by_alpha * (3.0 * s.sigma**2)[:, None],
+        np.zeros_like(by_A),
+    ]
+    return End(values, np.stack(rates, axis=2))
+
+
+def _end(share: np.ndarray, s: Scalars) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values at the end, q = alpha^(1/3) and the length of the arc in (k/p)^(1/3)."""
+    A, q = s.A, np.cbrt(s.alpha)
+    c = share * q
+    phi, X, Y = curve(c)
+    sine, cosine = np.sin(A), np.cos(A)
+    values = [
+        phi / A - 1.0,
+        q * (0.5 * (X * X + Y * Y)) / A,
+        (cosine * Y - sine * X) / (q * A),
+        q * q * (cosine * X + sine * Y) / A,
+    ]
+    return np.stack(values, axis=1), q, c
+
+
+def bend_along(share: np.ndarray, s: Scalars, zeta: np.ndarray) -> np.ndarray:
+    """Theta'' at local coordinates of the free arc, shape (states, len(zeta))."""
+    q = np.cbrt(s.alpha)
+    phi, X, Y = curve((share * q)[:, None] * zeta)
+    return (q * q / s.A)[:, None] * (X * np.cos(phi) + Y * np.sin(phi))
