@@ -52,6 +52,8 @@ from .base.errors import (
 from .base.errors import (
     WorkersLost as WorkersLost,
 )
+from .equilibria.answers import Answers as Answers
+from .equilibria.answers import answers as answers
 from .equilibria.ask import equilibrium as equilibrium
 from .equilibria.ask import length_given_pressure as length_given_pressure
 from .equilibria.ask import pressure_given_length as pressure_given_length
