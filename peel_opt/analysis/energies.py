@@ -167,14 +167,12 @@ def _areas(branch: Branch, family: Family, rate: np.ndarray) -> tuple[np.ndarray
         a, b = float(branch.A[i]), float(branch.A[i + 1])
         inside = []
         for node in nodes:
-            landed = family.land(here, there, Closure("amplitude", a + (b - a) * node))
-            if landed is None:
+            point = family.at(here, there, Closure("amplitude", a + (b - a) * node))
+            if point is None:
                 raise NotConverged(
                     "the branch could not be solved between its points.", remedy="Trace more points."
                 )
-            problem, result = landed
-            point = family.point(problem, result.x, np.array([1.0, 0.0, 0.0, 0.0]), 0.0, 0)
-            *_, dS, dA = _rates(family.law, problem, point.x, point.tangent)
+            *_, dS, dA = _rates(family.law, point.problem, point.x, point.tangent)
             inside.append(dS / dA)
         area = (b - a) * float(weights @ inside)
         simpson = (b - a) / 6.0 * (rate[i] + 4.0 * inside[1] + rate[i + 1])

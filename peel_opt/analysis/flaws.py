@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..base.errors import NoEquilibrium, NotConverged
 from ..continuation.family import Family
+from ..continuation.goal import minimum_pressure
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located, found_again
 from ..equilibria.ask import length_given_pressure, pressure_given_length
@@ -19,10 +19,7 @@ from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
-from ..residual.transcriptions import Spectral
-
-#: Meshes on which the minimum pressure is located; their difference is its error.
-MESHES = (Spectral(nodes=20), Spectral(nodes=30))
+from ..residual.meshes import AT_FOLDS
 
 
 @dataclass(frozen=True)
@@ -159,40 +156,15 @@ def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> Pressur
 def on_both_meshes(
     law: CohesiveLaw, closure: Closure, locate: Callable[[PrimaryBranch], Located]
 ) -> tuple[Located, Located]:
-    """Locate a fold on both `MESHES`: by a walk on the coarse one, on the fine one from its neighbours there.
+    """Locate a fold on both of `AT_FOLDS`: by a walk on the coarse one, beside that walk on the fine one.
 
     Raises
     ------
     PeelOptError
         As ``locate`` does.
     """
-    coarse, fine = (PrimaryBranch(Family(law, mesh, closure)) for mesh in MESHES)
+    coarse, fine = (PrimaryBranch(Family(law, mesh, closure)) for mesh in AT_FOLDS)
     fold = locate(coarse)
     i = coarse.points.index(fold.point)
     around = coarse.points[i - 1], coarse.points[i + 1]
     return fold, found_again(fine.family, around, fold) or locate(fine)
-
-
-def minimum_pressure(branch: PrimaryBranch) -> Located:
-    """Walk a rod's branch to its first fold in pressure.
-
-    Raises
-    ------
-    NoEquilibrium
-        If the branch ends without one.
-    NotConverged
-        If the walk stalls before.
-    """
-    fold = branch.reach("LP-pressure")
-    if fold is not None:
-        return fold
-    ratio, law = branch.family.closure.value, branch.family.law
-    if branch.ended == "contact":
-        raise NoEquilibrium(
-            f"under law {law.name!r} the branch at eta/y0 = {ratio:.4g} has no minimum of the pressure.",
-            remedy="Law (8) has one.",
-        )
-    raise NotConverged(
-        f"the minimum pressure at eta/y0 = {ratio:.4g} was not reached.",
-        remedy="Check that the ratio lies between 0.005 and 3000; laws other than (8) may have none.",
-    )

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, PeelOptError
 from ..continuation.family import Family
+from ..continuation.goal import minimum_pressure
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
@@ -22,7 +23,7 @@ from ..model.equations import Scalars
 from ..model.rod import require_ratio
 from ..residual.closures import Closure, Plane
 from ..residual.linear import Linearised, rate
-from .flaws import minimum_pressure, on_both_meshes
+from .flaws import on_both_meshes
 from .maxwell_derivative import maxwell_gradient
 from .surface import Gradient
 

@@ -21,11 +21,12 @@ from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..base.threads import one_thread
 from ..base.units import told_apart
 from ..continuation.family import Family, StepControl
+from ..continuation.goal import LOWEST
 from ..continuation.primary import PrimaryBranch
 from ..model.bond import LINEAR
 from ..model.equations import PI4, kernel
 from ..residual.closures import Closure
-from ..residual.transcriptions import Spectral
+from ..residual.meshes import GROUPS
 from .branch_potential import points_potential
 
 #: Largest beta0 at which the branch from T has a fold in lambda.
@@ -33,9 +34,6 @@ TURN = 37.54580749
 
 #: Default range of beta0: eta/y0 from 5300 down to 0.4996; at `TURN` it is 0.4989.
 RANGE = (0.05, 37.54)
-
-#: Nodes that give the branch to rounding for beta0 up to `TURN`.
-MESH = Spectral(nodes=24)
 
 #: Steps from T to the Maxwell point, and least cosine between two of them: near `TURN` the
 #: branch has a corner, and longer steps cross to the other branch.
@@ -175,7 +173,7 @@ def walk_round_the_fold(beta0: float, steps: int = _STEPS, *, beyond: float = 0.
     size = 0.5 * beta0 * math.hypot(1.0 / float(kernel(np.zeros(1))["m"]), 1.0 / (1.0 + beta0))
     control = StepControl(first=size / steps, largest=size / steps, turn=_STRAIGHT)
     closure = Closure("length", math.cbrt(beta0))
-    walk = PrimaryBranch(Family(LINEAR, MESH, closure), control=control, longest=20 * steps)
+    walk = PrimaryBranch(Family(LINEAR, GROUPS, closure), control=control, longest=20 * steps)
     walk.extend(lambda last: _past(walk, last.scalars.lam, beyond))
     if not walk.folds:
         raise NotConverged(
@@ -187,4 +185,4 @@ def walk_round_the_fold(beta0: float, steps: int = _STEPS, *, beyond: float = 0.
 
 def _past(walk: PrimaryBranch, lam: float, share: float) -> bool:
     fold = walk.fold("LP-lambda")
-    return lam < -0.99 * PI4 or (fold is not None and lam > share * fold.point.scalars.lam)
+    return lam < -LOWEST * PI4 or (fold is not None and lam > share * fold.point.scalars.lam)

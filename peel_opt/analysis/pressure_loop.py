@@ -11,6 +11,7 @@ from scipy.interpolate import make_interp_spline
 from ..base.drawing import draw
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
+from ..continuation.goal import minimum_pressure
 from ..continuation.primary import primary_branch
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
@@ -130,7 +131,9 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
         )
     T0, eta = rod.adhesion_strength, rod.eta
     # Even in the logarithm, but closer together towards the minimum, where the length turns.
-    inner = _least_pressure(rod, law) ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
+    walk = primary_branch(law, Closure("ratio", rod.ratio))
+    least = minimum_pressure(walk).point.scalars.pressure_ratio
+    inner = least ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
     asked = {"pressure_ratio": [float(value) for value in inner]}
     branch = trace(rod, law=law, tol=tol, points=POINTS, at=asked)
     P, turn, end = branch.pressure_ratio.copy(), _turn(branch).index, len(branch) - 1
@@ -169,15 +172,6 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
         not_computed=NOT_COMPUTED,
         branch=branch,
     )
-
-
-def _least_pressure(rod: Rod, law: CohesiveLaw) -> float:
-    """Return P_min as a walk along the branch has it, near enough to choose pressures by."""
-    walk = primary_branch(law, Closure("ratio", rod.ratio))
-    found = walk.reach("LP-pressure")
-    if found is None:
-        raise NotConverged(f"no minimum pressure was met at eta/y0 = {rod.ratio:g} ({walk.ended}).")
-    return float(found.point.scalars.pressure_ratio)
 
 
 def _turn(branch: Branch) -> SpecialPoint:

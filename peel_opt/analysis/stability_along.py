@@ -9,7 +9,7 @@ from itertools import pairwise
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.family import Family
-from ..continuation.points import Point, arclength_between, place_of
+from ..continuation.points import Point
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import law_of, transcription_of, walked
 from ..residual.closures import Closure
@@ -153,12 +153,8 @@ def _between(family: Family, low: _State, high: _State) -> list[StabilityChange]
 
 def _landed(family: Family, low: _State, high: _State, A: float) -> _State | None:
     """Solve between two states at a tip angle; None on failure."""
-    landed = family.land(low.point, high.point, Closure("amplitude", A))
-    if landed is None:
-        return None
-    problem, result = landed
-    arclength = arclength_between(low.point, high.point, place_of(problem, result))
-    return _state(family, family.point(problem, result.x, low.point.direction, arclength, result.iterations))
+    landed = family.at(low.point, high.point, Closure("amplitude", A))
+    return None if landed is None else _state(family, landed)
 
 
 def _state(family: Family, point: Point) -> _State:

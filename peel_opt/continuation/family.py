@@ -15,6 +15,7 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..model.bond import CohesiveLaw
 from ..model.equations import PI4, Scalars, kernel
+from ..residual import closures
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
 from ..residual.linear import Linearised
@@ -180,6 +181,17 @@ class Family:
             shrink = 1.0
             low, high = (middle, high) if middle.miss(other) * a > 0.0 else (low, middle)
         return None
+
+    def at(self, here: Point, there: Point, other: Closure) -> Point | None:
+        """Return the point between two neighbours at which a further closure holds; None on failure."""
+        landed = self.land(here, there, other)
+        if landed is None:
+            return None
+        problem, result = landed
+        if other.kind in closures.OF_A_SCALAR:  # the given number, not the rounding error of it
+            result.x[problem.column(closures.OF_A_SCALAR[other.kind])] = other.value
+        arclength = arclength_between(here, there, place_of(problem, result))
+        return self.point(problem, result.x, here.direction, arclength, result.iterations)
 
     @staticmethod
     def between(here: Point, there: Point, place: np.ndarray) -> bool:

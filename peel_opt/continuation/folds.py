@@ -27,14 +27,11 @@ from ..model.bond import LINEAR, CohesiveLaw
 from ..residual.closures import Closure, Plane
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
-from ..residual.transcriptions import Spectral
+from ..residual.meshes import GROUPS
+from ..residual.spectral import Spectral
 from .family import Family
 from .points import Point, place_of
 from .primary import primary_branch
-
-#: Nodes that give the fold to rounding for beta0 up to 100 (measured: 24 and 36 agree to 1e-12).
-MESH = Spectral(nodes=24)
-
 
 #: Entries of the null vector that are known: its size, and what stays given at the fold.
 NULL_VECTOR = {"A": 1.0, "sigma": 0.0, "lam": 0.0}
@@ -86,7 +83,7 @@ class FoldSystem(Discretisation):
 class FoldEquations(Transcription):
     """A transcription of (12) with the equations of a fold added."""
 
-    mesh: Spectral = MESH
+    mesh: Spectral = GROUPS
 
     @property
     def sure_gain(self) -> float:

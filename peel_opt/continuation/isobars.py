@@ -14,9 +14,11 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
+from ..residual.meshes import PATH
 from .family import Family
+from .goal import Goal
 from .points import Point
-from .primary import PATH, Candidate, crossings, primary_branch
+from .primary import Candidate, crossings, primary_branch
 
 #: Points to walk along an isobar, and along a curve of fixed length, in either direction.
 ISOBAR_POINTS, ISOLENGTH_POINTS = 80, 40
@@ -36,12 +38,11 @@ def states_near(law: CohesiveLaw, ratio: float, sigma: float, pressure_ratio: fl
     """
     closure = Closure("ratio", ratio)
     branch = primary_branch(law, closure)
-    branch.extend(
-        lambda p: p.scalars.pressure_ratio < pressure_ratio or branch.fold("LP-pressure") is not None
-    )
+    given = Closure("pressure", pressure_ratio)
+    Goal(given).walk(branch)
     found: list[Candidate] = []
-    for start in branch.candidates(Closure("pressure", pressure_ratio)):
-        isobar = _both_ways(Family(law, PATH, Closure("pressure", pressure_ratio)), start, ISOBAR_POINTS)
+    for start in branch.candidates(given):
+        isobar = _both_ways(Family(law, PATH, given), start, ISOBAR_POINTS)
         for place in crossings(*isobar, Closure("length", sigma), lambda _: "other"):
             isolength = _both_ways(Family(law, PATH, Closure("length", sigma)), place, ISOLENGTH_POINTS)
             found += crossings(*isolength, closure, lambda _: "other")

@@ -12,7 +12,7 @@ from ..base.checks import finite, listed
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..residual.closures import HOLDS, Closure, closure_for
 from .family import Family
-from .points import Point, arclength_between, place_of
+from .points import Point
 from .special import Located
 
 #: Distance in the metric of the arclength within which a landing is a point that is there already.
@@ -20,9 +20,6 @@ SAME_PLACE = 1e-9
 
 #: How a walk ends whose branch goes on: where steps fail, or there have been enough.
 UNFINISHED = ("stalled", "limit")
-
-#: Closures that hold one of the scalars itself.
-_HELD = {"amplitude": "A", "length": "sigma", "lam": "lam"}
 
 
 def asked_at(at: Mapping[str, Sequence[float]] | None) -> list[tuple[str, float]]:
@@ -95,15 +92,11 @@ def landings(family: Family, points: list[Point], name: str, value: float) -> li
     found = []
     for i, (here, there) in enumerate(pairwise(points)):
         if misses[i] * misses[i + 1] < 0.0:
-            landed = family.land(here, there, given)
+            landed = family.at(here, there, given)
             if landed is None:
                 raise NotConverged(
                     f"could not land on {name} = {value:g}.",
                     remedy="Ask for a value off a fold, or nearer to the transition.",
                 )
-            problem, result = landed
-            if given.kind in _HELD:
-                result.x[problem.column(_HELD[given.kind])] = given.value  # not the rounding error of it
-            arclength = arclength_between(here, there, place_of(problem, result))
-            found.append(family.point(problem, result.x, here.direction, arclength, result.iterations))
+            found.append(landed)
     return found

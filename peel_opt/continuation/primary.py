@@ -26,13 +26,10 @@ from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual.closures import READINGS, Closure
 from ..residual.discretisation import Profile
-from ..residual.transcriptions import Spectral
+from ..residual.meshes import PATH
 from .family import Family, StepControl, transition
 from .points import Landed, Point
 from .special import CONTACT, FOLDS, Located, locate, located, tip
-
-#: Transcription of the walk; answers are solved again by the method asked for.
-PATH = Spectral(nodes=16)
 
 #: Depth below the plate, as a share of the largest height, that no mesh puts a detached rod to.
 BELOW = 1e-3
@@ -368,10 +365,9 @@ def _towards_strength(family: Family, back: Point) -> Point:
         before = there
     # While the tip is on a plateau of full strength p = T0 at any height: nothing is monotone there.
     for highest in HIGHEST if there is not before else ():
-        landed = family.land(before, there, Closure("pressure", highest))
+        landed = family.at(before, there, Closure("pressure", highest))
         if landed is not None:
-            problem, result = landed
-            there = family.point(problem, result.x, before.direction, 0.0, result.iterations)
+            there = landed
             break
     return Point(there.problem, there.x, -there.tangent, 0.0, there.iterations)
 

@@ -23,9 +23,9 @@ from ..model.named_laws import law_named
 from ..residual.arclength import chart
 from ..residual.closures import closure_for
 from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
+from ..residual.meshes import FOLLOWED
 from ..residual.phases import holds_its_tip
 from ..residual.shape import Solution
-from ..residual.transcriptions import Spectral
 from .assembly import WalkedSide, assemble, require_identity
 from .branch import Branch
 from .branch_points import discretised, law_of, under_law
@@ -104,7 +104,7 @@ class Walk(Iterator[Scalars]):
         chosen = law or _law_of(start)
         profile, forward = _start_of(start)
         value = held_at(profile.scalars, hold)
-        mesh = Spectral(nodes=24) if transcription is None else require_transcription(transcription)
+        mesh = FOLLOWED if transcription is None else require_transcription(transcription)
         tip_free = not holds_its_tip(chosen, profile)
         self.family = Family(chosen, mesh, closure_for(hold, value), tip_free=tip_free)
         anchor = "length_ratio" if hold != "beta0" else "tip_angle"

@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +14,9 @@ from ..base.checks import positive
 from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
 from ..base.threads import one_thread
 from ..continuation.ends import beside_folds, sharpened
+from ..continuation.goal import ENDLESS, Goal
 from ..continuation.isobars import states_near
+from ..continuation.landing import UNFINISHED
 from ..continuation.points import Point
 from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, softens
 from ..model.bond import COHESIVE, LINEAR
@@ -36,9 +37,6 @@ NEARBY = 0.1
 
 #: Distance of two answers, as a share of ``near``, within which they are one.
 SAME = 1e-7
-
-#: Points of a branch without an end (the linear law's) to look at when all states are wanted.
-FAR = 200
 
 
 @dataclass(frozen=True)
@@ -68,6 +66,11 @@ class Question:
     state: str | None
     near: float | None
     symbol: str = ""
+
+    @property
+    def goal(self) -> Goal:
+        """How far along the branch the states that are meant may lie."""
+        return Goal(self.target, anywhere=self.state == "folded" or self.near is not None)
 
     def named(self, value: float) -> str:
         """Return a value of the given number with its unit."""
@@ -157,7 +160,7 @@ def _select(question: Question) -> tuple[Candidate, float, int]:
     """
     closure, posed = _path_closure(question), question.posed
     branch = primary_branch(posed.effective_law, closure, -1 if question.state == "spurious" else 1)
-    branch.extend(partial(_far_enough, branch, question))
+    question.goal.walk(branch)
     found = branch.candidates(question.target)
     if question.near is not None:
         found = found + _off_the_branch(closure, question)
@@ -173,7 +176,7 @@ def _select(question: Question) -> tuple[Candidate, float, int]:
         raise _nothing_fits(branch, question, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
-    elif branch.ended in ("stalled", "limit") and not _far_enough(branch, question, branch.points[-1]):
+    elif branch.ended in UNFINISHED and not question.goal.passed(branch):
         raise _not_followed(branch, question, True)  # the state meant may lie beyond
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
         values = [posed.read(c.profile.scalars) for c in fitting]
@@ -202,7 +205,7 @@ def _off_the_branch(closure: Closure, question: Question) -> list[Candidate]:
     if P < 1.0:
         return states_near(law, closure.value, question.target.value, P)
     beyond = primary_branch(law, closure, -1)
-    beyond.extend(partial(_far_enough, beyond, question))
+    question.goal.walk(beyond)
     return beyond.candidates(question.target)
 
 
@@ -231,28 +234,13 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
     return next(candidate for distance, candidate in reached if distance <= same)
 
 
-def _far_enough(branch: PrimaryBranch, question: Question, last: Point) -> bool:
-    """Whether the walk has passed every state the question may mean."""
-    s, target = last.scalars, question.target
-    endless = not branch.family.law.branch_ends  # p may fall for ever while the length grows
-    if branch.side < 0 or target.kind == "lam":
-        return len(branch.points) > 1 and (s.lam if target.kind == "lam" else s.sigma) > target.value
-    if question.state == "folded" or question.near is not None:
-        return endless and len(branch.points) > FAR
-    if branch.fold("LP-pressure") is not None:
-        return True
-    if target.kind == "pressure":
-        return s.pressure_ratio < target.value
-    return s.pressure_ratio < 0.0 and s.sigma > target.value
-
-
 def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
-    known = softens(branch.family.law) and _far_enough(branch, question, branch.points[-1])
+    known = softens(branch.family.law) and question.goal.passed(branch)
     if not found and branch.family.law.branch_ends:
         branch.extend(lambda _: False)
         found = branch.candidates(question.target)
-    if branch.ended in ("stalled", "limit"):
+    if branch.ended in UNFINISHED:
         in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
         # What is left of a branch of these laws is known to go on the way it went.
         simple = branch.family.law in (LINEAR, COHESIVE)
@@ -302,7 +290,7 @@ def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
     if question.posed.asked == "alpha1" and branch.side > 0:
         # The caller keeps beta0, so what exists is read off the branch at this beta0.
         branch = primary_branch(branch.family.law, question.posed.given[0])
-        branch.extend(lambda _: bool(branch.folds) or len(branch.points) > FAR)
+        branch.extend(lambda _: bool(branch.folds) or len(branch.points) > ENDLESS)
         asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
     else:
         asked, read = question.target.value, READINGS[question.target.kind]

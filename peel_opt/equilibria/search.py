@@ -14,21 +14,16 @@ from ..base.errors import NotConverged
 from ..continuation.edge_scan import scan
 from ..continuation.edge_shooting import EdgeShooting
 from ..continuation.family import Family
+from ..continuation.goal import ENDLESS
 from ..continuation.points import Landed, Point
 from ..continuation.primary import Candidate, PrimaryBranch, crossings, primary_branch
 from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.law_arrays import tip_heights
 from ..residual.closures import Closure
-from ..residual.discretisation import Profile
-from ..residual.transcriptions import Spectral
+from ..residual.discretisation import Profile, Transcription
+from ..residual.meshes import SCANNED, SEARCHED
 from .states import Searched
-
-#: Mesh on which starts of a grid are corrected and walked from.
-SEARCH = Spectral(nodes=24)
-
-#: Meshes on which those of a scan are corrected, until one leads to the state that the start shows.
-FINER = (Spectral(), SEARCH, Spectral(nodes=24, elements=3))
 
 #: Range of p/T0 that is searched, for questions at a given length.
 PRESSURES = (-2.0, 5.0)
@@ -46,9 +41,6 @@ EASY_GAMMA = 6.0
 
 #: Points walked in each direction for that, and states after which it ends.
 DETOUR, MOST_STATES = 30, 40
-
-#: Points of a branch without an end after which it is walked no farther.
-ENDLESS = 200
 
 #: Relative distance in length, and distance in tip angle, of a state from the start that led to it.
 KEPT = 0.02
@@ -151,7 +143,7 @@ class StateSearch:
             scanned = scan(shooting)
             reached = min(reached, scanned.reached)
             for start in scanned.starts:
-                landed = self._landed(start, FINER)
+                landed = self._landed(start, SCANNED)
                 if landed is None or not _near(start, landed.profile):
                     reached = min(reached, start.scalars.sigma)
                 if landed is not None:
@@ -166,7 +158,7 @@ class StateSearch:
         for touching in (False, True):
             shooting = TipShooting(self.law, self.ratio, touching)
             starts = starts_at_length(shooting, self.given.value, pressures)
-            solved = (self._landed(start, (SEARCH,)) for start in starts)
+            solved = (self._landed(start, (SEARCHED,)) for start in starts)
             found += [FoundState(s, "other" if touching else _label(s)) for s in solved if s is not None]
         return found
 
@@ -179,7 +171,7 @@ class StateSearch:
         angles, sigma = (-STEEPEST, STEEPEST), self.given.value
         return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
 
-    def _landed(self, start: Profile, meshes: Sequence[Spectral]) -> Landed | None:
+    def _landed(self, start: Profile, meshes: Sequence[Transcription]) -> Landed | None:
         """Correct a start on the first of some meshes that leads to the state it shows, or any state."""
         landed = None
         for mesh in meshes:
@@ -192,7 +184,7 @@ class StateSearch:
 
     def _with_detours(self, found: list[FoundState]) -> list[FoundState]:
         """Follow each state through other rods at the same length, for states the grid missed."""
-        isolength = Family(self.law, SEARCH, self.given, tip_free=False)
+        isolength = Family(self.law, SEARCHED, self.given, tip_free=False)
         queue, every = list(found), list(found)
         while queue and len(every) < MOST_STATES:
             state = queue.pop(0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..base.errors import InvalidInput, NotConverged, OutOfRange
 from ..base.threads import one_thread
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
+from ..continuation.goal import below_zero, left_for_good
 from ..continuation.landing import UNFINISHED, asked_at, landings, require_met, with_asked
 from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
@@ -24,16 +24,13 @@ from ..model.equations import PI4, Scalars
 from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
-from ..residual.transcriptions import Spectral
+from ..residual.meshes import TRACED
 from .assembly import WalkedSide, assemble, describe, require_identity
 from .branch import Branch
 from .branch_parts import Trivial
 from .posed import known_law
 
-#: Nodes per phase tried in turn until some points of the walk are accurate to a share of ``tol``:
-#: for laws of one piece, where a finer mesh costs little and what is read off a branch (folds,
-#: areas) gains by it; and for laws with kinks, whose shapes have up to three phases.
-NODES = ((12, 16, 24, 36, 54), (24, 36, 54))
+#: Share of ``tol`` to which some points of the walk must be accurate, by whether the law has kinks.
 SHARE = (0.01, 0.3)
 
 #: Steps of the walk; the points between are filled in.
@@ -137,17 +134,15 @@ def trace(
         family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
         walks = [PrimaryBranch(family, side, mode, WALK, longest=max(LONGEST, 20 * points)) for side in sides]
         for w in walks:
-            w.extend(partial(_left_for_good, window, w) if rod is None else partial(_past_zero, chosen))
+            w.extend(lambda _, w=w: left_for_good(w, window) if rod is None else below_zero(w))  # type: ignore[misc]
         return walks
 
     options: dict[str, object] = {"mode": mode, "points": points, "tol": tol}
     if rod is None:
         options["lam"] = list(window)
     kinked = len(chosen.pieces) > 1
-    nodes, share = NODES[kinked], SHARE[kinked]
-    meshes: list[Transcription] = [Spectral(n) for n in nodes]
-    if transcription is not None:
-        meshes = [require_transcription(transcription)]
+    share = SHARE[kinked]
+    meshes = TRACED[kinked] if transcription is None else (require_transcription(transcription),)
     for mesh in meshes:
         walks = walk(mesh)
         seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
@@ -194,23 +189,6 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
             remedy="Give a window that ends sooner.",
         )
     return low, high
-
-
-def _past_zero(law: CohesiveLaw, last: Point) -> bool:
-    """Whether a rod's branch has reached p < 0 under a law that lets it, where it may have no end."""
-    return not law.branch_ends and last.scalars.pressure_ratio < 0.0
-
-
-def _left_for_good(window: tuple[float, float], walk: PrimaryBranch, last: Point) -> bool:
-    """Whether a walk is past the upper border, or past the lower one with no fold left to turn at."""
-    low, high = window
-    if len(walk.points) < 2:
-        return False
-    before, lam = walk.points[-2].scalars.lam, last.scalars.lam
-    if lam > high:
-        return lam > before  # what begins above the window may come down to it
-    # Without a fold the branch runs on to lambda = -pi^4, which it approaches but never meets.
-    return lam < -0.999 * PI4 or (bool(walk.folds) and lam < min(low, before))
 
 
 def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tuple[list[Point], str]]:

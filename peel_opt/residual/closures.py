@@ -40,6 +40,9 @@ READINGS: dict[str, Callable[[Scalars], float]] = {
     "lam": lambda s: float(s.lam),
 }
 
+#: Closures that give one of the scalars itself.
+OF_A_SCALAR = {"amplitude": "A", "length": "sigma", "lam": "lam"}
+
 #: How many numbers a closure takes, where it is not one.
 TAKES = {"plane": 5}
 

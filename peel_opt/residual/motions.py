@@ -32,6 +32,7 @@ from ..model.bond import Piece
 from ..model.equations import Scalars
 from .closures import Closure
 from .discretisation import Discretisation, shared_kink
+from .meshes import MOTIONS
 from .newton import correct
 from .spectral import Spectral, gauss, integration_matrix
 
@@ -41,8 +42,8 @@ DEGREES = (16, 22)
 #: Eigenvalues reported, smallest magnitude first.
 REPORTED = 4
 
-#: What states on other meshes are solved again on, and how far a state may be from itself there.
-FINER, SAME = Spectral(32), 0.1
+#: How far a state may be, relative to its size, from itself on a finer mesh.
+APART = 0.1
 
 #: Imaginary part, relative to the magnitude, from which a pair counts as complex.
 COMPLEX = 1e-7
@@ -120,14 +121,14 @@ def _finer(
 ) -> tuple[Discretisation, np.ndarray]:
     """Return the same state on a finer mesh."""
     s, own = problem.scalars(x), problem.settings
-    finer = (own.refined() if isinstance(own, Spectral) else FINER).discretise(problem.phases)
+    finer = (own.refined() if isinstance(own, Spectral) else MOTIONS).discretise(problem.phases)
     rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
     start = problem.prolonged(x, finer)
     for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
         if second is not None:
             found = correct(finer, start, (rod, second))
             here, there = x[problem.tail], found.x[finer.tail]
-            if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < SAME:
+            if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < APART:
                 return finer, found.x
     raise NotConverged(
         "the state could not be solved again on a finer mesh, to tell the error of its motions.",

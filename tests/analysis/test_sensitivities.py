@@ -12,11 +12,11 @@ import pytest
 
 import peel_opt as po
 from peel_opt.analysis import flaws
-from peel_opt.analysis.flaws import MESHES
 from peel_opt.analysis.limits import LIMITS
 from peel_opt.analysis.maxwell_derivative import maxwell_gradient
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.equilibria.branch_points import equilibrium_at
+from peel_opt.residual.meshes import AT_FOLDS
 
 from .. import oracle
 
@@ -196,10 +196,10 @@ def test_a_limit_is_walked_to_on_one_mesh_only(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(PrimaryBranch, "extend", counted)
     beside = po.readhesion_pressure(rod)
-    assert set(walked) == {MESHES[0]}
+    assert set(walked) == {AT_FOLDS[0]}
     monkeypatch.setattr(flaws, "found_again", lambda *_: None)
     along = po.readhesion_pressure(rod)
-    assert set(walked) == set(MESHES)
+    assert set(walked) == set(AT_FOLDS)
     assert beside.pressure == pytest.approx(along.pressure, rel=1e-13)
     assert max(beside.error, along.error) < 1e-12
 

@@ -8,13 +8,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from peel_opt.continuation.primary import PATH, Family, PrimaryBranch
+from peel_opt.continuation.primary import Family, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.equations import SCALARS, Scalars
 from peel_opt.residual.arclength import chart
 from peel_opt.residual.closures import Closure, Plane, derivatives, miss
 from peel_opt.residual.discretisation import Discretisation
 from peel_opt.residual.linear import DenseFactors, Linearised, SparseFactors, gradient, rate
+from peel_opt.residual.meshes import PATH
 from peel_opt.residual.newton import correct
 from peel_opt.residual.transcriptions import Collocation, Shooting, Spectral
 

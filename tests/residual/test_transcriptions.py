@@ -12,13 +12,14 @@ import scipy.sparse as sp
 
 import peel_opt as po
 from peel_opt.continuation.family import Family, StepControl, transition
-from peel_opt.continuation.primary import PATH, PrimaryBranch
+from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR, Piece
 from peel_opt.model.equations import Scalars, kernel
 from peel_opt.model.named_laws import exponential
 from peel_opt.residual import kept, programme
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.discretisation import PROFILE_POINTS, Discretisation, chebyshev
+from peel_opt.residual.meshes import PATH
 from peel_opt.residual.newton import closed_system, correct, newton
 from peel_opt.residual.transcriptions import Collocation, Profile, Shooting, Spectral, Transcription
 

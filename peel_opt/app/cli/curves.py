@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from ...base.errors import InvalidInput
+from ...continuation.landing import UNFINISHED
 from .common import (
     FAILED,
     OK,
@@ -25,9 +26,6 @@ from .files import Files, named, out_files
 
 #: What `peel_opt.plots.figures` draws.
 NAMES = "3 to 10, p-min, held-lengths, fold-curve, method-map, work-precision"
-
-#: How a walk ends that has not come to the end of its branch.
-UNFINISHED = ("stalled", "limit")
 
 #: What is written of a curve.
 FILES = "NPZ, CSV and a picture"

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from ...analysis.maxwell import TURN
 from ...base.errors import NoEquilibrium, NotCertified, NotConverged, PeelOptError
 from ...continuation.family import Family
+from ...continuation.goal import Goal
 from ...continuation.primary import Candidate
 from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ...equilibria.certify import report
@@ -187,8 +188,8 @@ def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equ
     if state.rod is None and ask.target.kind == "length":
         walks = (quick_rod(law, state.effective_ratio, deadline)[0],)
         if state.label == "spurious" or (ask.near is not None and ask.near > 0.0):
-            sigma, beyond = ask.target.value, quick_branch(law, "ratio", state.effective_ratio, -1)
-            beyond.extend(lambda p: p.scalars.sigma > sigma or time.perf_counter() > deadline)
+            beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(ask.target)
+            beyond.extend(lambda _: goal.passed(beyond) or time.perf_counter() > deadline)
             walks = (*walks, beyond)
     found = [candidate for walk in walks for candidate in walk.candidates(ask.target)]
     chosen = _chosen(state, ask, found)
@@ -249,13 +250,10 @@ def _through(state: State, target: Closure, walk: QuickBranch) -> bool:
         return True
     if walk.family.closure.kind == "length":
         return gone(walk, window(state.beta0, state.lam))
-    if walk.side < 0:
-        # Walked for groups only; the length grows along it.
-        return walk.points[-1].scalars.sigma > target.value
-    if state.label != "folded" and walk.fold("LP-pressure") is not None:
+    if Goal(target, anywhere=state.label == "folded").passed(walk):
         return True
     # Nobody asks a rod for p < 0; groups may have their state there.
-    return state.rod is not None and walk.points[-1].scalars.pressure_ratio <= 0.0
+    return walk.side > 0 and state.rod is not None and walk.points[-1].scalars.pressure_ratio <= 0.0
 
 
 def _none(

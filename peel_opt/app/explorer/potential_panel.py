@@ -15,10 +15,10 @@ from ...base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ...base.units import digits_left
 from ...continuation.family import Family
 from ...continuation.points import Point
-from ...continuation.primary import PATH
 from ...equilibria.trace import landings
 from ...model.bond import COHESIVE
 from ...residual.closures import Closure
+from ...residual.meshes import PATH
 from .curves import Curve
 from .panels import Axis, Line, Mark, PotentialPanel
 

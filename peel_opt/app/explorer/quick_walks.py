@@ -17,13 +17,14 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ...continuation.family import Family, StepControl
+from ...continuation.goal import below_zero, left_for_good
 from ...continuation.points import Point
-from ...continuation.primary import PATH, PrimaryBranch
+from ...continuation.primary import PrimaryBranch
 from ...continuation.special import FOLDS, Located
-from ...model.bond import LINEAR, CohesiveLaw
-from ...model.equations import PI4
+from ...model.bond import CohesiveLaw
 from ...residual.arclength import chart
 from ...residual.closures import Closure
+from ...residual.meshes import PATH
 from .curves import Curve, Special
 
 #: Steps of a quick walk: a rod's branch from T to contact takes some 20 points.
@@ -86,20 +87,14 @@ def quick_rod(law: CohesiveLaw, ratio: float, deadline: float) -> tuple[QuickBra
     began = time.perf_counter()
     branch = quick_branch(law, "ratio", ratio)
 
-    def enough(last: Point) -> bool:
-        endless = law == LINEAR and last.scalars.pressure_ratio < 0.0
-        return endless or time.perf_counter() > deadline
-
-    branch.extend(enough)
+    branch.extend(lambda _: below_zero(branch) or time.perf_counter() > deadline)
     done = branch.ended or ("p < 0" if branch.points[-1].scalars.pressure_ratio < 0.0 else "")
     return branch, _dense([branch], "ratio", done, began)
 
 
 def gone(branch: QuickBranch, span: tuple[float, float]) -> bool:
     """Whether a walk at fixed beta0 has ended or left the window of lambda for good."""
-    lam = branch.points[-1].scalars.lam
-    outside = lam > span[1] or lam < -0.99 * PI4 or (bool(branch.folds) and lam < span[0])
-    return bool(branch.ended) or (len(branch.points) > 1 and outside)
+    return bool(branch.ended) or left_for_good(branch, span)
 
 
 def quick_groups(

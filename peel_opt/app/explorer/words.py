@@ -6,6 +6,7 @@ import math
 
 from ...analysis.maxwell import TURN
 from ...base.units import display_with_error, told_apart
+from ...continuation.landing import UNFINISHED
 from ...equilibria.result import Equilibrium
 from ...model.labels import FLAGS
 from .curves import Curve
@@ -98,7 +99,7 @@ def warnings_of(
         last = float(curve.pressure_ratio[-1])
         where = f"to p/T₀ = {last:.3g}" if curve.hold == "ratio" else f"to λ = {float(curve.lam[-1]):.3g}"
         said.append(f"The branch is drawn {where} so far; the rest comes when the slider rests.")
-    elif curve.ended in ("stalled", "limit"):
+    elif curve.ended in UNFINISHED:
         said.append("The branch was followed only this far.")
     if state.given != "groups" and curve.index is None and full:
         said.append("Stability of the folded part is not computed at this accuracy.")

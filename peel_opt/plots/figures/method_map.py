@@ -19,7 +19,7 @@ from ...studies.tradeoff.scan import METHODS, Compared, compare
 from .. import style
 from ..work import METHOD_STYLES
 from . import look
-from .minimum_pressure import minimum_pressure
+from .minimum_pressure import least_pressure
 
 #: Ends of the scan: (1 - P)/(1 - P_min) from T to the minimum pressure, and the paper's groups.
 SHARES = (1e-9, 1.0 - 1e-9)
@@ -55,7 +55,7 @@ def rods(points: int, seed: int = 1) -> Iterator[tuple[float, float, float]]:
     low, high = (_logit(share) for share in SHARES)
     for i in range(side):
         ratio = RATIOS[0] * (RATIOS[1] / RATIOS[0]) ** ((i + rng.random()) / side)
-        span = 1.0 - minimum_pressure(ratio)[0]
+        span = 1.0 - least_pressure(ratio)
         for j in range(side):
             share = 1.0 / (1.0 + math.exp(-(low + (high - low) * (j + rng.random()) / side)))
             yield ratio, 1.0 - share * span, share
@@ -182,7 +182,7 @@ def _plane_of_rods(ax: Axes, title: str) -> None:
     ax.set_xlim(RATIOS[0] / 1.5, RATIOS[1] * 1.5)
     ax.set_ylim(SHARES[0] / 4.0, 1.0 - (1.0 - SHARES[1]) / 4.0)
     ratio = np.geomspace(0.3, RATIOS[1], 15)
-    half = [0.5 / (1.0 - minimum_pressure(float(r))[0]) for r in ratio]
+    half = [0.5 / (1.0 - least_pressure(float(r))) for r in ratio]
     drawn = [(r, h) for r, h in zip(ratio, half, strict=True) if h < 1.0]
     ax.plot(*zip(*drawn, strict=True), color="black", linewidth=0.8, linestyle=":", label="$p = T_0/2$")
     powers = (9, 6, 3)

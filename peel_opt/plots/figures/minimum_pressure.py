@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...base.errors import NotConverged
+from ...continuation.goal import minimum_pressure
 from ...continuation.primary import primary_branch
 from ...model.bond import COHESIVE
 from ...model.rod import RATIOS
@@ -21,13 +21,10 @@ _SMALL_PRINT: dict[str, Any] = {"fontsize": look.SMALL, "color": style.RANGE, "h
 SMALL_SLOPE = 1.022
 
 
-def minimum_pressure(ratio: float) -> tuple[float, float]:
-    """Return p/T0 and sbar/eta at the minimum pressure of a rod under law (8)."""
-    branch = primary_branch(COHESIVE, Closure("ratio", ratio))
-    fold = branch.reach("LP-pressure")
-    if fold is None:
-        raise NotConverged(f"the branch of eta/y0 = {ratio:g} ended before its minimum pressure.")
-    return fold.point.scalars.pressure_ratio, fold.point.scalars.sigma
+def least_pressure(ratio: float) -> float:
+    """Return p/T0 at the minimum pressure of a rod under law (8)."""
+    fold = minimum_pressure(primary_branch(COHESIVE, Closure("ratio", ratio)))
+    return float(fold.point.scalars.pressure_ratio)
 
 
 def slender(ratio: np.ndarray) -> np.ndarray:
@@ -38,14 +35,14 @@ def slender(ratio: np.ndarray) -> np.ndarray:
 def figure_p_min(points: int = 90) -> Figure:
     """Minimum pressure and its distance from T0 over six decades, with both asymptotes."""
     ratio = np.geomspace(*RATIOS, points)
-    least = np.array([minimum_pressure(float(r))[0] for r in ratio])
+    least = np.array([least_pressure(float(r)) for r in ratio])
     figure = look.new_figure(11.0, 4.4)
     left, middle, right = figure.subplots(1, 3)
 
     left.loglog(ratio, least, color=look.COHESIVE, linewidth=2.2, label="law (8)")
     far = ratio > 0.1
     left.loglog(ratio[far], slender(ratio[far]), label=r"$(y_0/4\eta)^{3/2}$", **look.PAPER_LINE)
-    at_one = minimum_pressure(1.0)[0]
+    at_one = least_pressure(1.0)
     left.plot(1.0, at_one, "D", color="black", markersize=5, zorder=6)
     left.annotate(
         f"{at_one:.9f}\nat $\\eta = y_0$",

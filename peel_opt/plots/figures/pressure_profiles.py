@@ -11,12 +11,13 @@ from matplotlib.figure import Figure
 from ...analysis.design_relations import fold_pressure, pressure_profile
 from ...analysis.normal_form import NormalForm
 from ...continuation.family import Family, StepControl
-from ...continuation.primary import PATH, PrimaryBranch
+from ...continuation.primary import PrimaryBranch
 from ...equilibria.branch import Branch
 from ...equilibria.trace import trace
 from ...model.bond import LINEAR
 from ...model.rod import Rod
 from ...residual.closures import Closure
+from ...residual.meshes import PATH
 from .. import style
 from . import look
 

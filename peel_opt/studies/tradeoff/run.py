@@ -20,15 +20,12 @@ from ...base.progress import progress as progressing
 from ...equilibria.methods import Method, as_method
 from ...equilibria.result import Equilibrium
 from ...residual.discretisation import Transcription
-from ...residual.transcriptions import Spectral
+from ...residual.meshes import REFERENCE
 from .peers import BvpPeer
 from .table import Work, WorkPrecision
 
 #: Name under which SciPy's solver takes part.
 PEER = "solve_bvp"
-
-#: Three times the nodes the spectral method starts with.
-REFERENCE = Spectral(nodes=54)
 
 
 class Poses(Protocol):
