@@ -6,7 +6,6 @@ import argparse
 from typing import Any
 
 from ...base.errors import InvalidInput
-from ...continuation.landing import UNFINISHED
 from .common import (
     FAILED,
     OK,
@@ -80,6 +79,7 @@ def _trace(arguments: argparse.Namespace) -> int:
     """Trace a branch, print its special points, and write it."""
     options = _asked(arguments, ("law", "mode", "points", "tol"), "a rod's branch is traced whole")
 
+    from ...continuation.landing import UNFINISHED
     from ...equilibria.trace import trace
     from ..branch_report import branch_record, branch_stem, special_table
     from ..report import as_json
