@@ -6,19 +6,44 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 Function = Callable[[Any], Any]
 
 #: Intervals on which extrema of a curve are looked for.
 _SCAN = 800
 
+#: Evaluations after which a regula falsi ends: a smooth function takes less than ten.
+_MOST_FALSI = 40
+
 
 def zeros(function: Function, points: np.ndarray) -> list[float]:
     """Zeros of a function between points at which its sign changes; a zero point ends its step."""
+    from scipy.optimize import brentq  # which takes long to import
+
     values = np.asarray(function(points))
     changes = np.flatnonzero((values[:-1] != 0.0) & (values[:-1] * values[1:] <= 0.0))
     return [brentq(function, points[i], points[i + 1], xtol=1e-18, maxiter=200) for i in changes]
+
+
+def between(
+    function: Callable[[float], float], ends: tuple[float, float], values: tuple[float, float], least: float
+) -> float:
+    """A place between two ends where a function of opposite signs there is as small as ``least``, or nearly.
+
+    Regula falsi, pulled over where one end stays (the Illinois method); a few evaluations where the
+    function is smooth, and the ends need not be evaluated again.
+    """
+    (low, high), (a, b), stayed, where = ends, values, 0, ends[0]
+    for _ in range(_MOST_FALSI):
+        where = low + (high - low) * a / (a - b) if a != b else 0.5 * (low + high)
+        value = function(where)
+        if abs(value) <= least:
+            break
+        if value * a > 0.0:
+            low, a, b, stayed = where, value, b * (0.5 if stayed > 0 else 1.0), 1
+        else:
+            high, b, a, stayed = where, value, a * (0.5 if stayed < 0 else 1.0), -1
+    return where
 
 
 def turning_points(slope: Function, domain: tuple[float, float]) -> list[float]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.errors import NotConverged
+from ..base.roots import between
 from ..model.bond import CohesiveLaw
 from ..model.equations import PI4, Scalars, kernel
 from ..residual import closures
@@ -22,7 +23,7 @@ from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .corners import crossed, next_corner
-from .points import Point, arclength_between, place_of
+from .points import Point, arclength_between, interpolated, place_of, turning
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
@@ -38,6 +39,9 @@ FLAT = 0.05
 
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
+
+#: Share of its change between two points at which their interpolation, which is not exact, meets a closure.
+MET = 1e-6
 
 #: Width of the bracket below which no landing is tried any more.
 LANDING_WIDTH = 1e-9
@@ -163,6 +167,9 @@ class Family:
         Near a fold of the closure its Newton basin is tiny, so the bracket is narrowed by
         steps along the branch until a correction from its middle stays inside it.
         """
+        found = self._land_by_interpolation(here, there, other) if turning(here, there) else None
+        if found is not None:
+            return found
         low, high, shrink = here, there, 1.0
         least = max(LANDING_WIDTH, _resolution(there))
         while (span := high.arclength - low.arclength) > least and shrink > 1e-6:
@@ -192,6 +199,18 @@ class Family:
             result.x[problem.column(closures.OF_A_SCALAR[other.kind])] = other.value
         arclength = arclength_between(here, there, place_of(problem, result))
         return self.point(problem, result.x, here.direction, arclength, result.iterations)
+
+    def _land_by_interpolation(
+        self, here: Point, there: Point, other: Closure
+    ) -> tuple[Discretisation, Correction] | None:
+        """Solve from where the interpolation between two points meets a closure, in their phases."""
+        problem = here.problem
+        share = _meets(other, here, there)
+        result = correct(problem, interpolated(here, there, share), (*self.closures, other))
+        if not result.converged or not self.between(here, there, place_of(problem, result)):
+            return None
+        profile = problem.profile(result.x)
+        return (problem, result) if self.suits(profile, problem) and is_flat(profile) else None
 
     @staticmethod
     def between(here: Point, there: Point, place: np.ndarray) -> bool:
@@ -235,6 +254,16 @@ class Family:
         if found is not here and found is not there:
             found = replace(found, arclength=arclength_between(here, there, found.place))
         return found, (start, start + max(span, 0.0))
+
+
+def _meets(other: Closure, here: Point, there: Point) -> float:
+    """Share of the way in the tip angle between two points at which their interpolation meets a closure."""
+    ends = (here.miss(other), there.miss(other))
+
+    def off(share: float) -> float:
+        return closures.miss(other, interpolated(here, there, share)[here.problem.tail])
+
+    return between(off, (0.0, 1.0), ends, MET * (abs(ends[0]) + abs(ends[1])))
 
 
 def is_flat(profile: Profile) -> bool:

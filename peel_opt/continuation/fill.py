@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -22,16 +21,13 @@ from ..residual.linear import Linearised
 from ..residual.newton import closed_system
 from ..residual.rounding import EPS, UNITS, units_lost
 from .family import Family, StepControl
-from .points import Point, place_of
+from .points import Point, cubic, interpolated, place_of, turning
 
 #: Steps of Newton's method between two neighbours; more mean that the guess was bad.
 MOST_STEPS = 4
 
 #: Largest update, relative to the unknowns, that counts as converged.
 SMALL = 1e-11
-
-#: The tip angle interpolates where it makes up at least this share of the arclength.
-LEAST_TURN = 0.05
 
 #: A first update on the finer mesh larger than this is no measure of the error yet.
 LINEAR_RANGE = 1e-5
@@ -70,12 +66,9 @@ def filled(family: Family, points: Sequence[Point], largest: float) -> list[Poin
 
 def _is_smooth(family: Family, here: Point, there: Point) -> bool:
     """Whether the tip angle can serve as the coordinate from one point to the next."""
-    if here.problem is not there.problem:
+    if not turning(here, there):
         return False
-    if closed_system(here.problem, (family.closure.kind, "amplitude")).pattern is not None:
-        return False
-    turns = (here.direction[0], there.direction[0])
-    return min(turns) > LEAST_TURN or max(turns) < -LEAST_TURN
+    return closed_system(here.problem, (family.closure.kind, "amplitude")).pattern is None
 
 
 def _stepped(family: Family, here: Point, there: Point, largest: float) -> Iterator[Point]:
@@ -120,21 +113,11 @@ def _interpolated(
 
 def _hermite(here: Point, there: Point, share: np.ndarray) -> np.ndarray:
     """Unknowns at shares of the arclength between two points, shape (len(share), n)."""
-    span = there.arclength - here.arclength
-    ends = np.array([here.scalars.A, there.scalars.A])
-    amplitude = _cubic(share, ends[0], ends[1], span * here.turn.A, span * there.turn.A)
-    width = ends[1] - ends[0]
-    # As functions of the tip angle the unknowns do not feel how the arclength was measured.
-    at = ((amplitude - ends[0]) / width)[:, None]
-    before, after = (width * p.tangent / p.turn.A for p in (here, there))
-    guess = np.asarray(_cubic(at, here.x, there.x, before, after))
+    span, start, end = there.arclength - here.arclength, here.scalars.A, there.scalars.A
+    amplitude = cubic(share, start, end, span * here.turn.A, span * there.turn.A)
+    guess = interpolated(here, there, (amplitude - start) / (end - start))
     guess[:, here.problem.column("A")] = amplitude
     return guess
-
-
-def _cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:
-    """Cubic on [0, 1] with values a, b and derivatives da, db at the ends."""
-    return a + t * (da + t * (3.0 * (b - a) - 2.0 * da - db + t * (2.0 * (a - b) + da + db)))
 
 
 def corrected(

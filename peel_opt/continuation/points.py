@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ..residual.closures import Closing, miss
 from ..residual.discretisation import Discretisation, Profile
 from ..residual.linear import rate
 from ..residual.newton import Correction
+
+#: The tip angle interpolates where it makes up at least this share of the arclength.
+LEAST_TURN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +119,28 @@ class Landed:
     def profile(self) -> Profile:
         """The fields, sampled."""
         return self.problem.profile(self.correction.x)
+
+
+def turning(here: Point, there: Point) -> bool:
+    """Whether the tip angle can serve as the coordinate from one point to the next."""
+    turns = (here.direction[0], there.direction[0])
+    return here.problem is there.problem and (min(turns) > LEAST_TURN or max(turns) < -LEAST_TURN)
+
+
+def interpolated(here: Point, there: Point, share: float | np.ndarray) -> np.ndarray:
+    """Unknowns at a share of the way in the tip angle between two `turning` points, or at several.
+
+    As functions of the tip angle they do not feel how the arclength was measured.
+    """
+    width = there.scalars.A - here.scalars.A
+    before, after = (width * p.tangent / p.turn.A for p in (here, there))
+    return cubic(np.asarray(share)[..., None], here.x, there.x, before, after)
+
+
+def cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:
+    """Cubic on [0, 1] with values a, b and derivatives da, db at the ends."""
+    value: np.ndarray = a + t * (da + t * (3.0 * (b - a) - 2.0 * da - db + t * (2.0 * (a - b) + da + db)))
+    return value
 
 
 def place_of(problem: Discretisation, solved: Correction) -> np.ndarray:

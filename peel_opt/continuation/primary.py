@@ -24,7 +24,7 @@ from ..base.errors import NotConverged
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
-from ..residual.closures import READINGS, Closure
+from ..residual.closures import READINGS, Closure, misses
 from ..residual.discretisation import Profile
 from ..residual.meshes import PATH
 from .family import Family, StepControl, transition
@@ -100,9 +100,11 @@ def crossings(
     family: Family, points: Sequence[Point], given: Closure, label: Callable[[float], str]
 ) -> list[Candidate]:
     """All places where a closure is met along a branch; ``label`` names the state at an arclength."""
-    misses = [p.miss(given) for p in points]
+    if not points:
+        return []
+    off = misses(given, np.array([p.tail for p in points])).tolist()
     found = []
-    for (here, there), (a, b) in zip(pairwise(points), pairwise(misses), strict=True):
+    for (here, there), (a, b) in zip(pairwise(points), pairwise(off), strict=True):
         # A zero at the first point is the straight rod at T, which is no answer.
         if a * b < 0.0 or (b == 0.0 and there is not points[-1]):
             state = label(0.5 * (here.arclength + there.arclength))

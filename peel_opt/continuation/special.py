@@ -9,7 +9,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from ..residual.closures import Plane
 from ..residual.phases import heights_with_extrema, turning_heights
@@ -51,6 +50,8 @@ def highest_excess(point: Point) -> float:
     top = int(np.argmax(u))
     if top in (0, len(u) - 1):
         return float(u[top]) - 1.0
+    from scipy.optimize import minimize_scalar  # which takes long to import
+
     around = minimize_scalar(
         lambda x: -float(profile.scalars.height(profile.at(np.array([x]))[0, 4])),
         bounds=(xi[top - 1], xi[top + 1]),

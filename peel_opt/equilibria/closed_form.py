@@ -37,6 +37,8 @@ SEPARATE = 1e-3
 
 MOST_ITERATIONS = 30
 
+OUTSIDE = "there p/T0 is not in [1/2, 1], and the shape is not within y0."
+
 
 class Root(NamedTuple):
     """A point of the curve, the error of its answer, and what the answer owes to the given numbers."""
@@ -83,7 +85,9 @@ def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -
     began, law = time.perf_counter(), posed.effective_law
     if not applies(law):
         raise NotConverged(f"the series knows the linear law only, not {law.name!r}.")
-    reason = ""
+    reason, (_, second) = "", posed.given
+    if law == COHESIVE and second.kind == "pressure" and not 0.5 <= second.value <= 1.0:
+        raise NotConverged(OUTSIDE)
     for order in orders:
         try:
             root = _root(curve(order), posed.given, state)
@@ -92,7 +96,7 @@ def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -
             continue
         beta0 = root.sigma**3
         if law == COHESIVE and (2.0 * root.alpha1 < -beta0 or root.alpha1 > 0.0):
-            raise NotConverged("there p/T0 is not in [1/2, 1], and the shape is not within y0.")
+            raise NotConverged(OUTSIDE)
         if root.error <= tol:
             break
         reason = f"its error is {root.error:.1e}, above tol = {tol:.1e}."

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from .bond import Affine, CohesiveLaw
 
@@ -60,6 +59,8 @@ def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
     # P - Phi(u)/u, as a mean of drops for the sake of the digits near u = 0.
     excess = np.cumsum(gone) / u[1:] - (1.0 - P)
     changes = np.flatnonzero((excess[1:] < 0.0) != (excess[:-1] < 0.0)) + 1
+
+    from scipy.optimize import brentq  # which takes long to import
 
     def miss(height: float) -> float:
         return law.mean_drop(height) - (1.0 - P)

@@ -120,6 +120,11 @@ def miss(closing: Closing, scalars: np.ndarray) -> float:
     return float(_compiled((closing.kind,))(scalars, parameters((closing,)))[0][0])
 
 
+def misses(closure: Closure, scalars: np.ndarray) -> np.ndarray:
+    """By how much many scalars, one in each row, miss a closure."""
+    return np.asarray(EQUATIONS[closure.kind](Scalars(*scalars.T), closure.value), dtype=float)
+
+
 def derivatives(closing: Sequence[Closing], scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of the closures by the scalars and by the given numbers, a row for each closure."""
     _, *gradients = _compiled(tuple(c.kind for c in closing))(scalars, parameters(closing))

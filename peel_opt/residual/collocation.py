@@ -25,7 +25,7 @@ from ..model.bond import Piece
 from ..model.equations import Scalars, bending, rhs, sin_over, symbolic, vertical_load
 from .discretisation import Discretisation, FixedOrder, Phases, Profile, switch_equations
 from .mesh import QUANTUM, equidistributing, uniform
-from .shooting import INTEGRATORS, runge_kutta
+from .shooting import runge_kutta, tableau
 from .spectral import gauss, integration_matrix
 
 MESHES = ("adapted", "uniform")
@@ -177,7 +177,7 @@ def _advance(piece: Piece) -> ca.Function:
     def slope(z: ca.SX) -> ca.SX:
         return ca.vertcat(*rhs(z, scalars, piece))
 
-    end = runge_kutta(slope, state, length, INTEGRATORS["dop853"], 2)
+    end = runge_kutta(slope, state, length, tableau("dop853"), 2)
     return ca.Function("advance", [state, length, s], [end])
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
+from ..base.roots import between
 from ..model.bond import CohesiveLaw
 from .discretisation import Phases, Profile, held
 
@@ -113,8 +113,9 @@ def _crossings(
             def height(x: float) -> float:
                 return float(profile.scalars.height(profile.at(np.array([x]))[0, 4])) - kink
 
-            a, b = xi[i], xi[j]
-            where = float(brentq(height, a, b, xtol=1e-13)) if height(a) * height(b) < 0 else 0.5 * (a + b)
+            where = between(
+                height, (float(xi[i]), float(xi[j])), (float(excess[i]), float(excess[j])), EXCURSION
+            )
             pair = (below + 1, below) if excess[i] > 0 else (below, below + 1)
             found.append((where, *pair))
     return found

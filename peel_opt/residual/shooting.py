@@ -12,7 +12,6 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853, RK45
 
 from ..base.checks import whole
 from ..base.errors import InvalidInput
@@ -27,16 +26,23 @@ class Tableau:
 
     a: np.ndarray
     b: np.ndarray
-    order: int
 
 
-#: Integrators by name.  The two Dormand-Prince tableaus are SciPy's.
-INTEGRATORS = {
-    "midpoint": Tableau(np.array([[0.0, 0.0], [0.5, 0.0]]), np.array([0.0, 1.0]), 2),
-    "rk4": Tableau(np.diag([0.5, 0.5, 1.0], -1), np.array([1.0, 2.0, 2.0, 1.0]) / 6.0, 4),
-    "dopri5": Tableau(np.asarray(RK45.A), np.asarray(RK45.B), 5),
-    "dop853": Tableau(np.asarray(DOP853.A), np.asarray(DOP853.B), 8),
-}
+#: Orders of the integrators by name.
+INTEGRATORS = {"midpoint": 2, "rk4": 4, "dopri5": 5, "dop853": 8}
+
+
+@lru_cache
+def tableau(name: str) -> Tableau:
+    """Return an integrator; the two of Dormand and Prince are SciPy's, which takes long to import."""
+    if name == "midpoint":
+        return Tableau(np.array([[0.0, 0.0], [0.5, 0.0]]), np.array([0.0, 1.0]))
+    if name == "rk4":
+        return Tableau(np.diag([0.5, 0.5, 1.0], -1), np.array([1.0, 2.0, 2.0, 1.0]) / 6.0)
+    from scipy import integrate
+
+    theirs = {"dopri5": integrate.RK45, "dop853": integrate.DOP853}[name]
+    return Tableau(np.asarray(theirs.A), np.asarray(theirs.B))
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,7 @@ class Shooting(FixedOrder):
     @property
     def order(self) -> int:
         """Order of the integrator."""
-        return INTEGRATORS[self.integrator].order
+        return INTEGRATORS[self.integrator]
 
     def discretise(self, phases: Phases) -> ShootingDiscretisation:
         """Return the compiled problem for these phases."""
@@ -102,7 +108,7 @@ class ShootingDiscretisation(Discretisation):
         def slope(z: ca.SX) -> ca.SX:
             return ca.vertcat(*rhs(z, scalars, piece))
 
-        end = runge_kutta(slope, state, length, INTEGRATORS[self.settings.integrator], steps)
+        end = runge_kutta(slope, state, length, tableau(self.settings.integrator), steps)
         return ca.Function("advance", [state, length, s], [end])
 
     def _states(self) -> tuple[ca.MX, list[ca.MX], ca.MX]:
