@@ -23,6 +23,7 @@ from scipy.optimize import brentq
 
 from ..base.arrays import Columns
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.quadrature import Grid, gauss
 from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..equilibria.branch import Branch, require_branch
@@ -30,7 +31,6 @@ from ..equilibria.branch_points import discretised, law_of, transcription_of, wa
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
-from ..residual.spectral import gauss, integration_matrix
 
 #: Gauss points per phase; the balance is then met to 1e-10 wherever the branch is.
 POINTS = 32
@@ -209,7 +209,7 @@ def _rates(law: CohesiveLaw, problem: Discretisation, x: np.ndarray, t: np.ndarr
     xi = np.repeat(starts, POINTS) + share * zeta
     carried = d.sigma * xi + s.sigma * (np.repeat(dstarts, POINTS) + dshare * zeta)
     spin = dtheta - carried * turn / s.sigma
-    inside = np.kron(np.diag(lengths), weights - integration_matrix(POINTS, nodes))
+    inside = np.kron(np.diag(lengths), Grid.gauss(POINTS).to_right)
     after = np.kron(np.triu(np.ones((phases, phases)), 1) * lengths, np.ones((POINTS, 1)) * weights)
     outward = s.sigma * (inside + after)
     vx, vy = outward @ (np.sin(theta) * spin), -outward @ (np.cos(theta) * spin)

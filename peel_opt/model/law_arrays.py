@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..base.quadrature import gauss
 from .bond import Affine, CohesiveLaw
 
 #: Heights, over y0, between which the tip of a free rod is looked for, on either side of the plate.
@@ -52,10 +53,9 @@ def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
     if P == 1.0:
         return []
     u = _grid(law, P)
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
-    half, middle = 0.5 * np.diff(u), 0.5 * (u[1:] + u[:-1])
-    places = middle[:, None] + half[:, None] * nodes
-    gone = half * (_drops_of(law, places.size)(places.ravel()).reshape(places.shape) @ weights)
+    (nodes, weights), widths = gauss(GAUSS), np.diff(u)
+    places = u[:-1, None] + widths[:, None] * nodes
+    gone = widths * (_drops_of(law, places.size)(places.ravel()).reshape(places.shape) @ weights)
     # P - Phi(u)/u, as a mean of drops for the sake of the digits near u = 0.
     excess = np.cumsum(gone) / u[1:] - (1.0 - P)
     changes = np.flatnonzero((excess[1:] < 0.0) != (excess[:-1] < 0.0)) + 1

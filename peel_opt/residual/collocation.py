@@ -21,12 +21,12 @@ import numpy as np
 
 from ..base.checks import whole
 from ..base.errors import InvalidInput
+from ..base.quadrature import gauss, integration_matrix
 from ..model.bond import Piece
 from ..model.equations import Scalars, bending, rhs, sin_over, symbolic, vertical_load
 from .discretisation import Discretisation, FixedOrder, Phases, Profile, switch_equations
 from .mesh import QUANTUM, equidistributing, uniform
 from .shooting import runge_kutta, tableau
-from .spectral import gauss, integration_matrix
 
 MESHES = ("adapted", "uniform")
 

@@ -27,6 +27,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import eig
 
 from ..base.errors import NotConverged
+from ..base.quadrature import Grid
 from ..base.threads import one_thread
 from ..model.bond import Piece
 from ..model.equations import Scalars
@@ -34,7 +35,7 @@ from .closures import Closure
 from .discretisation import Discretisation, shared_kink
 from .meshes import MOTIONS
 from .newton import correct
-from .spectral import Spectral, gauss, integration_matrix
+from .spectral import Spectral
 
 #: Polynomial degrees per phase of the two solves whose difference is the error.
 DEGREES = (16, 22)
@@ -150,7 +151,8 @@ class Motions:
 
     def __init__(self, problem: Discretisation, x: np.ndarray, degree: int) -> None:
         self.scalars, lengths = problem.scalars(x), problem.lengths(x)
-        nodes, weights = gauss(degree + 8)
+        grid = Grid.gauss(degree + 8)
+        nodes, weights = grid.xi, grid.weights
         count, points = len(lengths), len(nodes)
         sample = problem.sampler(nodes)(x).full() * self.scalars.A
         theta, nx, ny, y = (sample[:, i] for i in (0, 2, 3, 4))
@@ -158,7 +160,7 @@ class Motions:
         value, slope = _continuous_basis(degree, nodes, lengths)
         self.value, self.slope = value, slope
         # Integrals from each point to the edge: within its phase and over those after it.
-        inside = np.kron(np.diag(lengths), _to_the_end(nodes))
+        inside = np.kron(np.diag(lengths), grid.to_right)
         after = np.kron(np.triu(np.ones((count, count)), 1) * lengths, np.ones((points, 1)) * weights)
         outward = inside + after
         self.dx = outward @ (np.sin(theta)[:, None] * value)
@@ -239,12 +241,6 @@ def _spring(before: Piece, after: Piece, scalars: Scalars, theta: float) -> floa
     if abs(jump) < NO_JUMP:
         return 0.0
     return float(scalars.beta0 * jump / abs(np.sin(theta)))
-
-
-def _to_the_end(nodes: np.ndarray) -> np.ndarray:
-    """Matrix from values at Gauss nodes on [0, 1] to their integrals from each node to 1."""
-    _, weights = gauss(len(nodes))
-    return weights - integration_matrix(len(nodes), nodes)
 
 
 def _continuous_basis(degree: int, nodes: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

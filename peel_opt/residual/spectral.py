@@ -12,40 +12,15 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
-from numpy.polynomial import legendre
 
 from ..base.checks import whole
 from ..base.errors import OutOfRange
+from ..base.quadrature import gauss, integration_matrix, values_matrix
 from .discretisation import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
 #: Nodes from which on a refinement gains what it promises; fewer do not resolve the shape yet.
 RESOLVED = 8
-
-
-@lru_cache(maxsize=64)
-def gauss(nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss nodes and weights on [0, 1]."""
-    t, w = legendre.leggauss(nodes)
-    return 0.5 * (t + 1.0), 0.5 * w
-
-
-def integration_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
-    """Matrix from values at Gauss nodes to their integral from 0 to each ``zeta``."""
-    t, w = legendre.leggauss(nodes)
-    # Discrete orthogonality of the Legendre polynomials at Gauss nodes: no inverse needed.
-    degrees = np.arange(nodes)
-    to_series = (degrees + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
-    z = 2.0 * np.asarray(zeta) - 1.0
-    integrals = legendre.legval(z, legendre.legint(np.eye(nodes), lbnd=-1))
-    return 0.5 * integrals.T @ to_series
-
-
-def values_matrix(nodes: int, zeta: np.ndarray) -> np.ndarray:
-    """Matrix from values at Gauss nodes to those of their polynomial at each ``zeta``."""
-    t, w = legendre.leggauss(nodes)
-    to_series = (np.arange(nodes) + 0.5)[:, None] * legendre.legvander(t, nodes - 1).T * w
-    return legendre.legvander(2.0 * np.asarray(zeta) - 1.0, nodes - 1) @ to_series
 
 
 @dataclass(frozen=True)

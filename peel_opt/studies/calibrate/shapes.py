@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from ...base.quadrature import gauss, integration_matrix, values_matrix
 from ...residual.discretisation import Discretisation
-from ...residual.spectral import gauss, integration_matrix, values_matrix
 from .chart import ChartStates
 from .data import Observation
 from .polyline import nearest
