@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import peel_opt as po
-from peel_opt.model.equations import PI4
+from peel_opt.model.groups import PI4
 
 from .figures import Figure, milliseconds
 

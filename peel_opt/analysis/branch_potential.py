@@ -17,7 +17,7 @@ from numpy.polynomial import Polynomial
 
 from ..base.errors import InvalidInput
 from ..continuation.points import Point
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.series import uniform_series
 from ..residual.linear import rate
 from .curve_pieces import bend, joined, moment, spline

@@ -19,7 +19,7 @@ from ..base.arrays import in_si
 from ..base.errors import InvalidInput
 from ..base.roots import zeros
 from ..equilibria.trace import trace
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.rod import Rod
 from .maxwell import TURN, maxwell_curve, stretched
 from .normal_form import NormalForm

@@ -17,7 +17,7 @@ from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..equilibria.posed import known_law
 from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
 from .branch_potential import points_potential
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states

@@ -15,7 +15,8 @@ import numpy as np
 
 from ..base.quadrature import Grid
 from ..base.threads import one_thread
-from ..model.equations import PI4, kernel
+from ..model.equations import kernel
+from ..model.groups import PI4
 
 #: Fields in the order of the paper: theta, N_x, N_y, y, alpha1.
 FIELDS = 5

@@ -24,7 +24,8 @@ from ..continuation.family import Family, StepControl
 from ..continuation.goal import LOWEST
 from ..continuation.primary import PrimaryBranch
 from ..model.bond import LINEAR
-from ..model.equations import PI4, kernel
+from ..model.equations import kernel
+from ..model.groups import PI4, Groups
 from ..residual.closures import Closure
 from ..residual.meshes import GROUPS
 from .branch_potential import points_potential
@@ -42,7 +43,7 @@ _STRAIGHT = 0.995
 
 
 @dataclass(frozen=True, eq=False)
-class MaxwellCurve:
+class MaxwellCurve(Groups[np.ndarray]):
     """Maxwell points of the branches from T, by ascending beta0.
 
     Parameters
@@ -56,21 +57,6 @@ class MaxwellCurve:
     lam: np.ndarray
     alpha1: np.ndarray
     error: np.ndarray
-
-    @property
-    def ratio(self) -> np.ndarray:
-        """eta/y0 of the rod that has its Maxwell point there; falls as beta0 grows."""
-        return (PI4 + self.lam) / self.beta0 ** (4 / 3)
-
-    @property
-    def length_ratio(self) -> np.ndarray:
-        """sbar_M/eta."""
-        return np.cbrt(self.beta0)
-
-    @property
-    def pressure_ratio(self) -> np.ndarray:
-        """p_M/T0."""
-        return 1.0 + self.alpha1 / self.beta0
 
     def __len__(self) -> int:
         return len(self.beta0)

@@ -23,7 +23,7 @@ from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
 from ..base.threads import one_thread
 from ..continuation.primary import PrimaryBranch
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.rod import require_ratio
 from ..residual.closures import Closure
 from ..residual.linear import Linearised

@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from ..model.equations import sin_over, versine_over
 from .linear_operator import FIELDS
-
-
-def _slope(A: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """sin(A theta)/A, at A = 0 too."""
-    return theta * np.sinc(A * theta / math.pi)
-
-
-def _versine(A: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """(1 - cos(A theta))/A without cancellation, at A = 0 too."""
-    half = _slope(A, 0.5 * theta)
-    return 2.0 * A * half * half
 
 
 def remainder(beta0: float, V: np.ndarray, A: np.ndarray, lam: np.ndarray) -> np.ndarray:
     """Nonlinear part B(A V)/A of (29), at A = 0 too."""
     A, lam = A[..., None], lam[..., None]
     theta, nx, ny, y, alpha1 = (V[..., i, :] for i in range(FIELDS))
-    slope, versine = _slope(A, theta), _versine(A, theta)
+    slope, versine = sin_over(A, theta), versine_over(A, theta)
     b = np.zeros_like(V)
     b[..., 0, :] = A * (nx * slope + ny * versine)
     b[..., 1, :] = beta0 * (slope - theta) + A * alpha1 * slope
@@ -37,8 +25,8 @@ def remainder_derivative(beta0: float, V: np.ndarray, A: np.ndarray, lam: np.nda
     """Derivative of b with respect to V: equation by field by node."""
     A, lam = A[..., None], lam[..., None]
     theta, nx, ny, _, alpha1 = (V[..., i, :] for i in range(FIELDS))
-    sine, cosine = A * _slope(A, theta), np.cos(A * theta)
-    versine = _versine(A, theta)
+    sine, cosine = A * sin_over(A, theta), np.cos(A * theta)
+    versine = versine_over(A, theta)
     load = beta0 + A * alpha1
     D = np.zeros((*V.shape[:-2], FIELDS, FIELDS, V.shape[-1]))
     D[..., 0, 0, :] = A * (nx * cosine + ny * sine)

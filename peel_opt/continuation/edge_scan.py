@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from ..residual.discretisation import PROFILE_POINTS, Profile, chebyshev
 from .edge_shooting import FIRST, Crossings, EdgeShooting
 

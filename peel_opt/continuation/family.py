@@ -15,7 +15,8 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..base.roots import between
 from ..model.bond import CohesiveLaw
-from ..model.equations import PI4, Scalars, kernel
+from ..model.equations import Scalars, kernel
+from ..model.groups import PI4
 from ..residual import closures
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..base.errors import NoEquilibrium, NotConverged
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..residual.closures import Closure
 from .primary import PrimaryBranch
 from .special import Located

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from ..model.bond import COHESIVE
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.rod import RATIOS
 from ..residual.discretisation import Phases
 from ..residual.stack import Stack, stack_of

@@ -17,7 +17,8 @@ import numpy as np
 
 from ..base.errors import InvalidInput
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from ..residual.discretisation import PROFILE_POINTS, Profile, chebyshev
 
 #: Tip angles beyond a full turn wind the rod up; no such state has been met.

@@ -14,7 +14,7 @@ from ..base.checks import positive
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.labels import known_state
 from ..model.rod import Rod
 from ..residual.certificate import HEIGHT_NOISE

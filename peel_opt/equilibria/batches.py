@@ -18,7 +18,7 @@ import numpy as np
 from ..base.threads import one_thread
 from ..continuation.seeds import BEYOND, LEAVES, Rods, charts, share_of
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.batch import Solved, solve

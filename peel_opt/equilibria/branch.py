@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -16,7 +15,7 @@ from ..base.drawing import draw
 from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table
 from ..base.threads import one_thread
-from ..model.equations import PI4
+from ..model.groups import AmplitudeGroups
 from ..model.labels import SPECIAL_KINDS
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(Stored):
+class Branch(AmplitudeGroups[np.ndarray], Stored):
     """A curve of equilibria.
 
     Arrays have shape (n,) and cannot be written to.  ``len``, iteration and slicing go over
@@ -109,43 +108,6 @@ class Branch(Stored):
                 object.__setattr__(self, name, read_only(getattr(self, name)))
 
     # --- numbers along the branch -------------------------------------------------------
-
-    @property
-    def beta0(self) -> np.ndarray:
-        """(sbar/eta)^3."""
-        return self.sigma**3
-
-    @property
-    def beta1(self) -> np.ndarray:
-        """pi^4 + lambda."""
-        return self.lam + PI4
-
-    @property
-    def alpha1(self) -> np.ndarray:
-        """Extra pressure alpha - beta0."""
-        return self.m * self.A
-
-    @property
-    def alpha(self) -> np.ndarray:
-        """sbar^3 p / k."""
-        return self.beta0 + self.alpha1
-
-    @property
-    def pressure_ratio(self) -> np.ndarray:
-        """p/T0; nan at beta0 = 0."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.beta0 > 0.0, 1.0 + self.alpha1 / self.beta0, math.nan)
-
-    @property
-    def length_ratio(self) -> np.ndarray:
-        """sbar/eta."""
-        return self.sigma
-
-    @property
-    def ratio(self) -> np.ndarray:
-        """eta/y0; infinite at beta0 = 0."""
-        with np.errstate(divide="ignore"):
-            return self.beta1 / self.sigma**4
 
     @property
     def tip_angle(self) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..base.errors import NotConverged
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4
+from ..model.groups import PI4
 from ..model.hierarchy import NODES
 from ..model.series_curve import SeriesCurve, curve
 from ..residual.closures import Closure

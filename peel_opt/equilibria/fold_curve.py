@@ -15,7 +15,7 @@ from ..continuation.folds import FoldFamily
 from ..continuation.landing import landings
 from ..continuation.points import Point
 from ..continuation.special import Located, Monitor, locate
-from ..model.equations import PI4
+from ..model.groups import PI4, AmplitudeGroups
 from ..residual.closures import Closure
 from ..residual.newton import correct
 from .assembly import describe
@@ -29,7 +29,7 @@ _STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class FoldCurve:
+class FoldCurve(AmplitudeGroups[np.ndarray]):
     """Folds in lambda at fixed beta0, which are the folds in length of rods.
 
     Arrays have shape (n,) and follow the curve; beta0 is not monotone along it.
@@ -51,26 +51,6 @@ class FoldCurve:
     error: np.ndarray
     special_points: tuple[SpecialPoint, ...]
     unknowns: tuple[np.ndarray, ...] = field(repr=False, default=())
-
-    @property
-    def beta0(self) -> np.ndarray:
-        """(sbar/eta)^3."""
-        return self.sigma**3
-
-    @property
-    def alpha1(self) -> np.ndarray:
-        """Extra pressure at the fold."""
-        return self.m * self.A
-
-    @property
-    def pressure_ratio(self) -> np.ndarray:
-        """p/T0 at the fold."""
-        return 1.0 + self.alpha1 / self.beta0
-
-    @property
-    def ratio(self) -> np.ndarray:
-        """eta/y0 of the rod whose length folds there."""
-        return (self.lam + PI4) / self.sigma**4
 
     def __len__(self) -> int:
         return len(self.lam)

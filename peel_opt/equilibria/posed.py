@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from ..model.rod import Rod
 from ..residual.closures import Closure
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.drawing import draw
 from ..base.records import Schema, Stored, Table, read_csv
+from ..model.groups import Groups
 from ..model.labels import DISQUALIFYING
 from ..model.rod import Rod
 from ..residual.shape import Shape, Solution
@@ -64,7 +65,7 @@ class Stats:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium(Stored):
+class Equilibrium(Groups[float], Stored):
     """A detached equilibrium of the rod.
 
     Numbers of the paper's groups are floats; ``nan`` where a group does not exist (P and
@@ -117,28 +118,17 @@ class Equilibrium(Stored):
     @property
     def beta1(self) -> float:
         """(sbar/eta)^3 sbar/y0, equation (11)."""
-        return self._as_given("beta1", self.lam + math.pi**4)
-
-    @property
-    def alpha(self) -> float:
-        """sbar^3 p / k, equation (10)."""
-        return self.beta0 + self.alpha1
+        return self._as_given("beta1", super().beta1)
 
     @property
     def pressure_ratio(self) -> float:
         """P = p/T0; nan at beta0 = 0."""
-        computed = 1.0 + self.alpha1 / self.beta0 if self.beta0 else math.nan
-        return self._as_given("pressure_ratio", computed)
+        return self._as_given("pressure_ratio", super().pressure_ratio)
 
     @property
     def length_ratio(self) -> float:
         """sigma = sbar/eta; nan at beta0 = 0."""
-        return self._as_given("length_ratio", math.cbrt(self.beta0) if self.beta0 else math.nan)
-
-    @property
-    def ratio(self) -> float:
-        """r = eta/y0; infinite at beta0 = 0."""
-        return self.beta1 / self.beta0 ** (4 / 3) if self.beta0 else math.inf
+        return self._as_given("length_ratio", super().length_ratio)
 
     # --- in the rod's units -----------------------------------------------------------
 

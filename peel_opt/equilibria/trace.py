@@ -20,7 +20,8 @@ from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import RANGE, locate
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription

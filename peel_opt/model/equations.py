@@ -23,16 +23,14 @@ import casadi as ca
 import numpy as np
 
 from .bond import Piece
-
-#: beta1 at the transition T, equation (18) with n = 1.
-PI4 = math.pi**4
+from .groups import AmplitudeGroups
 
 #: Number of first-order fields: Theta, K = Theta', n_x, n_y, Y.
 FIELDS = ("Theta", "K", "nx", "ny", "Y")
 
 
 @dataclass(frozen=True)
-class Scalars:
+class Scalars(AmplitudeGroups[Any]):
     """The four numbers that go with the fields; floats or CasADi symbols.
 
     Parameters
@@ -52,36 +50,6 @@ class Scalars:
     def values(self) -> tuple[Any, ...]:
         """All of them, in the order in which they stand among the unknowns."""
         return tuple(getattr(self, name) for name in SCALARS)
-
-    @property
-    def beta0(self) -> Any:
-        """(sbar/eta)^3, equation (11)."""
-        return self.sigma**3
-
-    @property
-    def beta1(self) -> Any:
-        """(sbar/eta)^3 sbar/y0, equation (11)."""
-        return self.lam + PI4
-
-    @property
-    def alpha1(self) -> Any:
-        """Extra pressure alpha - beta0."""
-        return self.m * self.A
-
-    @property
-    def alpha(self) -> Any:
-        """Scaled pressure sbar^3 p / k, equation (10)."""
-        return self.beta0 + self.alpha1
-
-    @property
-    def ratio(self) -> Any:
-        """r = eta/y0 = beta1 / beta0^(4/3)."""
-        return self.beta1 / self.sigma**4
-
-    @property
-    def pressure_ratio(self) -> Any:
-        """P = p/T0 = alpha/beta0."""
-        return 1.0 + self.alpha1 / self.beta0
 
     def height(self, Y: Any) -> Any:
         """u = y/y0 of a scaled height."""
@@ -104,6 +72,8 @@ SMALL_ANGLE = 1e-2
 def sin_over(A: Any, Theta: Any) -> Any:
     """sin(A Theta) / A without cancellation, also at A = 0."""
     x = A * Theta
+    if isinstance(x, np.ndarray):
+        return Theta * np.sinc(x / math.pi)
     small = ca.fabs(x) < SMALL_ANGLE
     safe = ca.if_else(small, 1.0, x)
     q = x * x

@@ -37,7 +37,8 @@ from scipy.linalg import lu_factor, lu_solve
 
 from ..base.quadrature import Grid
 from ..base.threads import one_thread
-from .equations import PI4, kernel
+from .equations import kernel
+from .groups import PI4
 
 #: 40 nodes carry order 12 and 48 carry order 40 to rounding; the cost is milliseconds.
 NODES = 48

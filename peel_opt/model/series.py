@@ -14,7 +14,7 @@ from ..base.checks import finite, non_negative, positive
 from ..base.errors import InvalidInput, NoEquilibrium, OutOfRange
 from ..base.quadrature import Grid
 from ..base.roots import graph_roots
-from .equations import PI4
+from .groups import PI4
 from .hierarchy import NODES, Modes, solve_hierarchy
 
 #: Highest order offered: the coefficients are known to be right up to here, and where 40 terms

@@ -12,7 +12,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..model.equations import PI4, Scalars, symbolic
+from ..model.equations import Scalars, symbolic
+from ..model.groups import PI4
 from .compiled import Compiled
 
 

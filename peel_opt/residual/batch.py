@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from ..model.bond import CohesiveLaw
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from ..model.law_arrays import mean_drops
 from .closures import EQUATIONS
 from .estimate import SAFE

@@ -18,7 +18,8 @@ import casadi as ca
 import numpy as np
 
 from ..base.errors import InvalidInput
-from ..model.equations import PI4, Scalars, symbolic
+from ..model.equations import Scalars, symbolic
+from ..model.groups import PI4
 from .arclength import coordinates
 from .compiled import Compiled
 

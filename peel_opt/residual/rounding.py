@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.threads import one_thread
-from ..model.equations import PI4, Scalars
+from ..model.equations import Scalars
+from ..model.groups import PI4
 from .closures import Closure
 from .discretisation import Discretisation
 from .linear import Linearised, gradient

@@ -10,7 +10,7 @@ import peel_opt as po
 from peel_opt.continuation.goal import ENDLESS, Goal, below_zero, left_for_good, minimum_pressure
 from peel_opt.continuation.primary import Family, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
-from peel_opt.model.equations import PI4
+from peel_opt.model.groups import PI4
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.meshes import GROUPS, PATH
 

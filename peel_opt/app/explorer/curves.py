@@ -16,7 +16,7 @@ from ...equilibria.follow import follow
 from ...equilibria.result import Equilibrium
 from ...equilibria.trace import trace
 from ...model.bond import COHESIVE, LINEAR, CohesiveLaw
-from ...model.equations import PI4
+from ...model.groups import PI4
 from ...model.rod import Rod
 from .state import State
 

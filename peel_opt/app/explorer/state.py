@@ -10,7 +10,7 @@ from urllib.parse import parse_qs, urlencode
 
 from ...base.errors import InvalidInput, OutOfRange
 from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse, told_apart
-from ...model.equations import PI4
+from ...model.groups import PI4
 from ...model.rod import RATIOS, Rod, require_ratio
 
 Units = Literal["groups", "SI"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput
-from ...model.equations import PI4
+from ...model.groups import PI4
 from .state import METHODS, State
 
 if TYPE_CHECKING:

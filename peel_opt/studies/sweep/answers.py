@@ -25,7 +25,7 @@ from ...base.threads import one_thread
 from ...continuation.primary import forget_branches
 from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
-from ...model.equations import PI4
+from ...model.groups import PI4
 from ...model.rod import MATERIAL, Rod
 from .plan import Task
 
