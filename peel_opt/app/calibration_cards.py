@@ -32,9 +32,9 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from ..base.errors import CardError, InvalidInput
 from ..model.labels import OBSERVABLE, known_state
@@ -44,7 +44,7 @@ from ..studies.calibrate.fit import calibrate
 from ..studies.calibrate.profile import require_level
 from ..studies.calibrate.read import read_measurements, read_shape
 from ..studies.calibrate.result import Calibration
-from .cards import explain, read_card
+from .cards import SourcedCard, is_calibration, read_card
 from .tables import CardTable, Length, Number, Pressure, RodTable
 
 #: Which numbers of a rod a field of ``[rod]`` goes into.
@@ -125,26 +125,22 @@ class ShapeTable(CardTable):
         return read_shape(folder / self.file, sd=self.sd, **known)
 
 
-class CalibrationCard(CardTable):
+class CalibrationCard(SourcedCard):
     """A calibration: a rod to start from, measurements, and what to fit.
+
+    Every number of the rod that is not free has a source or an estimate.
 
     Parameters
     ----------
-    title : str
-    note : str
     rod_table : RodTable
-    sources, estimates : dict of str
-        By field of the rod, for every number that is not free.
     calibration : FitTable
     pairs, shapes : tuple
         At least one of them.
     """
 
-    title: str
-    note: str = ""
+    tables: ClassVar = {"rod": RodTable, "calibration": FitTable, "pairs": PairsTable, "shapes": ShapeTable}
+
     rod_table: RodTable = Field(alias="rod")
-    sources: dict[str, str] = Field(default_factory=dict)
-    estimates: dict[str, str] = Field(default_factory=dict)
     calibration: FitTable
     pairs: tuple[PairsTable, ...] = ()
     shapes: tuple[ShapeTable, ...] = ()
@@ -176,20 +172,9 @@ class CalibrationCard(CardTable):
         given = self.rod_table.model_fields_set
         if "ratio" in given:
             raise InvalidInput("a calibration needs a rod with units, not ratio alone.")
-        for key in (*self.sources, *self.estimates):
-            if key not in given:
-                raise InvalidInput(f"[sources] or [estimates] names {key!r}, which the card does not give.")
         free = set(self.calibration.free)
-        bare = [
-            name
-            for name in sorted(given - set(self.sources) - set(self.estimates))
-            if not FEEDS.get(name, {name}) <= free
-        ]
-        if bare:
-            raise InvalidInput(
-                f"{bare[0]} is not free and has neither a source nor an estimate.",
-                remedy="Say under [sources] where it was read, or under [estimates] how it was guessed.",
-            )
+        known = {name for name in given if not FEEDS.get(name, {name}) <= free}
+        self.require_sources(given, known, " is not free and")
         return self
 
 
@@ -202,17 +187,8 @@ def load_calibration(path: str | Path) -> CalibrationCard:
         If the file cannot be read or does not mean anything, in one line.
     """
     content = read_card(path)
-    if "calibration" not in content:
+    if not is_calibration(content):
         raise CardError(
             f"card {str(path)!r} has no [calibration].", remedy="Answer a problem card with peel-opt run."
         )
-    tables: dict[str, type[CardTable]] = {
-        "rod": RodTable,
-        "calibration": FitTable,
-        "pairs": PairsTable,
-        "shapes": ShapeTable,
-    }
-    try:
-        return CalibrationCard.model_validate(content)
-    except ValidationError as error:
-        raise CardError(f"card {str(path)!r}: {explain(error, tables, CalibrationCard)}") from error
+    return CalibrationCard.checked(path, content)

@@ -36,7 +36,7 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
@@ -49,27 +49,75 @@ from .tables import CardTable, GroupsTable, QuestionTable, RodTable
 MOST_BYTES = 1_000_000
 
 
-class Card(CardTable):
-    """A problem: a rod or the paper's groups, where its numbers are from, and questions.
+class SourcedCard(CardTable):
+    """What cards of every kind say: what they are about, and where the numbers of their rod are from.
 
     Parameters
     ----------
     title : str
     note : str
         What a reader must know about the answers.
-    rod_table, groups : RodTable or GroupsTable
-        One of them.
     sources, estimates : dict of str
         By field of the rod: where it was read, or how it was estimated.
-    questions : tuple of QuestionTable
     """
+
+    #: Its tables by their headers.
+    tables: ClassVar[Mapping[str, type[BaseModel]]] = {}
 
     title: str
     note: str = ""
-    rod_table: RodTable | None = Field(default=None, alias="rod")
-    groups: GroupsTable | None = None
     sources: dict[str, str] = Field(default_factory=dict)
     estimates: dict[str, str] = Field(default_factory=dict)
+
+    @classmethod
+    def checked(cls, path: str | Path, content: dict[str, Any]) -> Self:
+        """Return what `read_card` returned as a card, or say in one line what is wrong with it.
+
+        Raises
+        ------
+        CardError
+            If it does not mean anything.
+        """
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            raise CardError(f"card {str(path)!r}: {explain(error, cls)}") from error
+
+    def require_sources(self, given: set[str], needed: set[str], why: str = "") -> None:
+        """Refuse sources of what is not given, and numbers that need one, ``why`` says why, and have none.
+
+        Raises
+        ------
+        InvalidInput
+            Naming the first of them.
+        """
+        for key in (*self.sources, *self.estimates):
+            if key not in given:
+                raise InvalidInput(f"[sources] or [estimates] names {key!r}, which the card does not give.")
+        if both := sorted(set(self.sources) & set(self.estimates)):
+            raise InvalidInput(f"{both[0]} stands in both [sources] and [estimates].")
+        if bare := sorted(needed - set(self.sources) - set(self.estimates)):
+            raise InvalidInput(
+                f"{bare[0]}{why} has neither a source nor an estimate.",
+                remedy=f"Say under [sources] where it was read, or under [estimates] how it was guessed"
+                f" ({len(bare)} missing).",
+            )
+
+
+class Card(SourcedCard):
+    """A problem: a rod or the paper's groups, where its numbers are from, and questions.
+
+    Parameters
+    ----------
+    rod_table, groups : RodTable or GroupsTable
+        One of them.
+    questions : tuple of QuestionTable
+    """
+
+    tables: ClassVar = {"rod": RodTable, "groups": GroupsTable, "questions": QuestionTable}
+
+    rod_table: RodTable | None = Field(default=None, alias="rod")
+    groups: GroupsTable | None = None
     questions: tuple[QuestionTable, ...] = ()
 
     def rod(self) -> Rod | None:
@@ -142,30 +190,15 @@ class Card(CardTable):
             raise InvalidInput("a card needs either a [rod] or [groups], and not both.")
         if not self.questions:
             raise InvalidInput("a card needs at least one entry under [[questions]].")
-        self._check_sources()
+        given = (self.rod_table or self.groups or self).model_fields_set
+        in_si = self.rod_table is not None and self.rod_table.ratio is None
+        self.require_sources(given, given if in_si else set())
         for number, question in enumerate(self.questions, 1):
             try:
                 question.pose(self.problem)
             except InvalidInput as error:
                 raise InvalidInput(f"[[questions]] no. {number}: {error}") from error
         return self
-
-    def _check_sources(self) -> None:
-        table = self.rod_table or self.groups
-        assert table is not None
-        given = table.model_fields_set
-        for key in (*self.sources, *self.estimates):
-            if key not in given:
-                raise InvalidInput(f"[sources] or [estimates] names {key!r}, which the card does not give.")
-        if both := sorted(set(self.sources) & set(self.estimates)):
-            raise InvalidInput(f"{both[0]} stands in both [sources] and [estimates].")
-        in_si = self.rod_table is not None and self.rod_table.ratio is None
-        if in_si and (bare := sorted(given - set(self.sources) - set(self.estimates))):
-            raise InvalidInput(
-                f"{bare[0]} has neither a source nor an estimate.",
-                remedy=f"Say under [sources] where it was read, or under [estimates] how it was guessed"
-                f" ({len(bare)} missing).",
-            )
 
 
 def load_card(path: str | Path) -> Card:
@@ -188,10 +221,7 @@ def load_card(path: str | Path) -> Card:
     content = read_card(path)
     if is_calibration(content):
         raise CardError(f"card {str(path)!r} is a calibration.", remedy="Fit it with peel-opt calibrate.")
-    try:
-        return Card.model_validate(content)
-    except ValidationError as error:
-        raise CardError(f"card {str(path)!r}: {explain(error)}") from error
+    return Card.checked(path, content)
 
 
 def is_calibration(content: dict[str, Any]) -> bool:
@@ -240,28 +270,15 @@ def as_question(**fields: Any) -> QuestionTable:
         raise InvalidInput(explain(error)) from error
 
 
-#: Tables of a problem card by their headers.
-OWN_TABLES: dict[str, type[BaseModel]] = {"rod": RodTable, "groups": GroupsTable, "questions": QuestionTable}
-
-
-def explain(
-    error: ValidationError,
-    tables: Mapping[str, type[BaseModel]] | None = None,
-    whole: type[BaseModel] = Card,
-) -> str:
-    """Return the first complaint in the words of a card, and how many more there are.
-
-    ``tables`` are those of the card by their headers, ``whole`` is the card itself; by default
-    those of a problem card.
-    """
-    known: Mapping[str, type[BaseModel]] = tables or OWN_TABLES
+def explain(error: ValidationError, card: type[SourcedCard] = Card) -> str:
+    """Return the first complaint in the words of a kind of card, and how many more there are."""
     complaints = error.errors(include_url=False)
     # A misspelt key explains what is missing, not the other way round.
     complaints.sort(key=lambda details: details["type"] != "extra_forbidden")
     more = f" ({len(complaints) - 1} more to come.)" if len(complaints) > 1 else ""
     first: dict[str, Any] = complaints[0]  # type: ignore[assignment]
     path = (first["loc"] or ("",))[:-1]
-    table = known.get(str(path[0]), whole) if path else whole
+    table = card.tables.get(str(path[0]), card) if path else card
     return _complaint(first, [field.alias or name for name, field in table.model_fields.items()]) + more
 
 

@@ -75,6 +75,7 @@ def test_the_wrong_command_is_one_line(capsys: pytest.CaptureFixture[str]) -> No
         ('"adhesion_strength", "adhesion_range"]', '"stiffness"]', "free must list some of"),
         ("[sources]\nbending_stiffness", "[sources]\nthickness", "names 'thickness'"),
         ("[sources]\nbending_stiffness =", "# ", "neither a source nor an estimate"),
+        ("[calibration]", '[estimates]\nbending_stiffness = "guess"\n[calibration]', "stands in both"),
         ("[[pairs]]", "[[pears]]", "unknown key 'pears'; did you mean 'pairs'"),
         ("[calibration]", "[calibration]\nlevel = 2", "level must lie between 1e-06 and 1"),
         ("[calibration]", "[calibration]\nlevel = 1e-17", "level must lie between 1e-06 and 1"),
