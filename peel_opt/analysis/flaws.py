@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ..continuation.family import Family
 from ..continuation.goal import minimum_pressure
@@ -153,6 +154,7 @@ def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> Pressur
     )
 
 
+@lru_cache(maxsize=256)
 def on_both_meshes(
     law: CohesiveLaw, closure: Closure, locate: Callable[[PrimaryBranch], Located]
 ) -> tuple[Located, Located]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
@@ -69,14 +69,6 @@ def fold_gradient(ratio: float, law: CohesiveLaw, which: str) -> Gradient:
         If the branch has no such fold.
     """
     require_ratio(ratio)
-    coarse, fine = _at_fold(ratio, law, which)
-    error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
-    return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
-
-
-@lru_cache(maxsize=256)
-def _at_fold(ratio: float, law: CohesiveLaw, which: str) -> tuple[tuple[float, float], ...]:
-    """Value and derivative of a fold on both meshes."""
     closure, found = Closure("ratio", ratio), []
     read: Callable[[Scalars], float] = PRESSURE if which == "readhesion_pressure" else LENGTH
     for fold in on_both_meshes(law, closure, FOLDS[which]):
@@ -84,7 +76,9 @@ def _at_fold(ratio: float, law: CohesiveLaw, which: str) -> tuple[tuple[float, f
         at = Linearised.at(point.problem, point.x, closure, Plane.facing(point.direction))
         change = at.response()[point.problem.tail, 0]
         found.append((float(read(point.scalars)), rate(read, point.tail, change)))
-    return tuple(found)
+    coarse, fine = found
+    error = abs(fine[1] - coarse[1]) + FOLD_ROUNDING * (abs(fine[1]) + abs(fine[0]) / ratio)
+    return Gradient(fine[0], np.array([fine[1]]), np.array([error]), np.array([ratio]))
 
 
 def PRESSURE(s: Scalars) -> float:

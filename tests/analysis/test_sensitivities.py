@@ -196,7 +196,9 @@ def test_a_limit_is_walked_to_on_one_mesh_only(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(PrimaryBranch, "extend", counted)
     beside = po.readhesion_pressure(rod)
+    po.sensitivities(rod, "readhesion_pressure")
     assert set(walked) == {AT_FOLDS[0]}
+    flaws.on_both_meshes.cache_clear()
     monkeypatch.setattr(flaws, "found_again", lambda *_: None)
     along = po.readhesion_pressure(rod)
     assert set(walked) == set(AT_FOLDS)

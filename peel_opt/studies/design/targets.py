@@ -142,11 +142,7 @@ class Target:
         NoEquilibrium
             If the rod has none.
         """
-        if self.quantity == "maxwell_length":
-            return _maxwell(rod)
-        if self.quantity == "readhesion_pressure":
-            return sensitivities(rod, self.quantity, law=law).value
-        return float(getattr(self._equilibrium(rod, law), self.quantity))
+        return _maxwell(rod) if self.quantity == "maxwell_length" else self.achieved(rod, law).value
 
     def elasticities(self, rod: Rod, law: str | CohesiveLaw) -> np.ndarray:
         """Return d log quantity by log k, log T0 and log y0, shape (3,).
