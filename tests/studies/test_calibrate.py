@@ -452,6 +452,18 @@ def test_data_on_the_folded_branch_contradict_the_unfolded_one() -> None:
     assert any(words.startswith("the data contradict the unfolded branch") for words in fit.warnings)
 
 
+@pytest.mark.parametrize("exact", ["length", "neither"])
+def test_a_row_of_another_state_is_named_with_its_state(exact: str) -> None:
+    lengths, p = states(TRUTH, PLACES)
+    lengths[4] = states(TRUTH, PLACES[4:5], "folded")[0][0]
+    data = po.Measurements(
+        lengths, p, length_sd=None if exact == "length" else 0.01 * lengths, pressure_sd=0.01 * p
+    )
+    fit = po.calibrate(data, free=(Y0,), rod=TRUTH)
+    (words,) = (w for w in fit.warnings if w.startswith("row 5 contradicts the unfolded branch"))
+    assert words.endswith("lies on the folded one. If it was seen there, give it state='folded'.")
+
+
 # --- the transition -----------------------------------------------------------------------
 
 

@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from .result import Calibration
 
 
+def fitted_curve(fit: Calibration) -> BranchSpline:
+    """Return the whole branch of the fitted rod."""
+    branch = branch_of(fit.problem.chart.law, fit.rod.ratio)
+    walked = ChartStates.at_points([p for p in branch.points if p.scalars.m != 0.0])
+    return BranchSpline.through(fit.problem.chart.at(walked, scales(fit.fitted.q)[1], walked.A, halvings=1))
+
+
 def band(fit: Calibration) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the branch of the fitted rod and the standard deviation across it.
 
@@ -28,10 +35,7 @@ def band(fit: Calibration) -> tuple[np.ndarray, np.ndarray | None]:
     sideways : ndarray, shape (n, 2), or None
         One standard deviation as a vector across the curve; None where it is not finite.
     """
-    chart, (scale, log_r) = fit.problem.chart, scales(fit.fitted.q)
-    branch = branch_of(chart.law, fit.rod.ratio)
-    walked = ChartStates.at_points([p for p in branch.points if p.scalars.m != 0.0])
-    whole = BranchSpline.through(chart.at(walked, log_r, walked.A, halvings=1))
+    whole, scale = fitted_curve(fit), scales(fit.fitted.q)[0]
     wanted = {o.state for o in fit.observations}
     lines = np.flatnonzero([any(fits(label, state) for state in wanted) for label in whole.labels])
     ends = whole.polyline[0]

@@ -154,22 +154,24 @@ def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, 
     law = fit.problem.chart.law
     problem = replace(fit.problem, chart=Chart(law, NODES[0]))
     turned = [replace(o, state="folded") if o.state == "unfolded" else o for o in seen]
-    (as_seen, _), (as_turned, start) = (coarse_rods(part, known, law, 1)[0] for part in (seen, turned))
-    try:
-        folded = _fit(turned, known, start, problem) if as_turned < 0.5 * as_seen else None
+    (as_seen, *_), as_turned = (coarse_rods(part, known, law, 1) for part in (seen, turned))
+    for misfit, start in as_turned:  # none where no rod has folded states under this law
+        try:
+            folded = _fit(turned, known, start, problem) if misfit < 0.5 * as_seen[0] else None
+        except PeelOptError:
+            break  # then they are not folded
         if folded is not None and folded.chi2 < MUCH_LESS * fit.chi2:
             return (
                 "the data contradict the unfolded branch: with all of them on the folded one chi-square"
                 f" falls from {fit.chi2:.4g} to {folded.chi2:.4g}. If the rod was folded back over itself,"
                 " say state='folded'.",
             )
-    except PeelOptError:
-        pass  # then they are not folded
     try:
         robust = _fit(seen, known, fit.rod, replace(problem, delta=ROBUST))
     except PeelOptError:
         return ()
-    return tuple(far_points(robust))
+    said = far_points(fit)
+    return tuple(words for i, words in far_points(robust).items() if i not in said)
 
 
 def _mask(free: Sequence[str]) -> np.ndarray:

@@ -7,19 +7,15 @@ k^a T0^b y0^c and how well each is known, independently of each other.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.errors import AmbiguousState, PeelOptError
-from ...equilibria.ask import length_given_pressure, pressure_given_length
-from ...equilibria.result import Equilibrium
-from ...model.bond import CohesiveLaw
-from ...model.labels import fits
-from ...model.rod import Rod
-from .data import Observation
+from ...model.labels import UNFOLDED, fits
+from .band import fitted_curve
 from .linear import singular
+from .pairs import Pairs, scales
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -154,6 +150,9 @@ def undetermined_words(found: tuple[Combination, ...]) -> str:
 #: Residual, in standard deviations, from which a point is looked for on other states.
 FAR = 4.0
 
+#: Share of that residual below which it is one of another state.
+NEARER = 0.25
+
 #: Weight of a robust loss below which a point is named.
 OUTLIER = 0.3
 
@@ -170,7 +169,7 @@ def warnings_of(fit: Calibration) -> tuple[str, ...]:
     if fit.fitted.held:
         found.append("what the data do not determine was held near the start of the fit.")
     found += _tips(fit)
-    found += [_goodness(fit), *_states(fit), *far_points(fit)]
+    found += [_goodness(fit), *_states(fit), *far_points(fit).values()]
     curved = [name for name in fit.free if CURVED < fit.relative_sd(name) < np.inf]
     if curved and not found[0]:
         found.append(
@@ -232,57 +231,38 @@ def _states(fit: Calibration) -> list[str]:
     return found
 
 
-def far_points(fit: Calibration) -> list[str]:
-    """Name points far off, and the other state on which they would lie."""
-    found = []
-    for observation, r, weights in zip(fit.observations, fit.residuals, fit.weights, strict=True):
+def far_points(fit: Calibration) -> dict[int, str]:
+    """Name points far off by their numbers, and the other state on which they would lie."""
+    found, elsewhere = {}, _other_states(fit)
+    for i, (observation, r, weights) in enumerate(
+        zip(fit.observations, fit.residuals, fit.weights, strict=True)
+    ):
         size = float(np.linalg.norm(r))
-        other = (
-            _other_state(fit.rod, fit.law, observation, size)
-            if observation.points is None and size > FAR
-            else ""
-        )
-        if not other and fit.loss != "least-squares" and weights.min() < OUTLIER:
-            found.append(
+        if i in elsewhere:
+            found[i] = (
+                f"{observation.name} contradicts the {observation.state} branch by {size:.1f} sd and lies"
+                f" on the {elsewhere[i]} one. If it was seen there, give it state='{elsewhere[i]}'."
+            )
+        elif fit.loss != "least-squares" and weights.min() < OUTLIER:
+            found[i] = (
                 f"{observation.name} counts as an outlier: {size:.1f} sd off the fit to the others, weight"
                 f" {weights.min():.2g}."
-            )
-        if other:
-            found.append(
-                f"{observation.name} contradicts the {observation.state} branch by {size:.1f} sd and lies"
-                f" on the {other} one. If it was seen there, give it state='{other}'."
             )
     return found
 
 
-def _other_state(rod: Rod, law: str | CohesiveLaw, observation: Observation, size: float) -> str:
-    """Name of the state on which a pair lies much nearer, empty if there is none."""
-    assert observation.length is not None
-    assert observation.pressure is not None
-    best, name = 0.25 * size, ""
-    others = ("folded",) if observation.state != "folded" else ("lower", "middle")
-    for state in others:
-        gaps = []
-        for by_length in (True, False):
-            try:
-                if by_length and observation.pressure_sd:
-                    eq = _held(rod, law, observation.length, state, observation.pressure)
-                    gaps.append(abs(eq.pressure - observation.pressure) / observation.pressure_sd)
-                if not by_length and observation.length_sd:
-                    eq = length_given_pressure(
-                        rod, observation.pressure, state=state, near=observation.length, law=law
-                    )
-                    gaps.append(abs(eq.length - observation.length) / observation.length_sd)
-            except PeelOptError:
-                continue
-        if min(gaps, default=np.inf) < best:
-            best, name = min(gaps), state
-    return name
-
-
-def _held(rod: Rod, law: str | CohesiveLaw, length: float, state: str, pressure: float) -> Equilibrium:
-    """Equilibrium of a length on a state; ``near``, which walks elsewhere too, only where two have it."""
-    try:
-        return pressure_given_length(rod, length, state=state, law=law)
-    except AmbiguousState:
-        return pressure_given_length(rod, length, state=state, near=pressure, law=law)
+def _other_states(fit: Calibration) -> dict[int, str]:
+    """Names of the states on which pairs that are far off lie much nearer, by the number of each."""
+    sizes = np.array([np.linalg.norm(r) for r in fit.residuals])
+    far = [i for i in np.flatnonzero(sizes > FAR) if fit.observations[i].points is None]
+    if not far:
+        return {}
+    curve, scale, found = fitted_curve(fit), scales(fit.fitted.q)[0], {}
+    for i in far:
+        seen = fit.observations[i]
+        others = ("folded",) if seen.state != "folded" else UNFOLDED
+        gaps = curve.nearest(Pairs.of([replace(seen, state=state) for state in others]), scale)[1] ** 0.5
+        gap, state = min(zip(np.nan_to_num(gaps, nan=np.inf), others, strict=True))
+        if gap < NEARER * sizes[i]:
+            found[int(i)] = state
+    return found
