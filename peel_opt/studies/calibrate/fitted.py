@@ -53,7 +53,7 @@ class Fitted:
         return self.directions.shape[1] < len(self.directions)
 
 
-def coordinates(start: Fitted, free: np.ndarray, span: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def coordinates(start: Fitted, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Directions of q and how far each may be followed from 1, which is the start.
 
     Where nothing is held, log r itself is a coordinate, so that its limits are bounds.
@@ -62,7 +62,7 @@ def coordinates(start: Fitted, free: np.ndarray, span: float) -> tuple[np.ndarra
     basis = np.zeros((3, start.directions.shape[1]))
     basis[loose] = start.directions
     count = basis.shape[1]
-    low, high = np.full(count, 1.0 - min(FURTHEST, span)), np.full(count, 1.0 + min(FURTHEST, span))
+    low, high = np.full(count, 1.0 - FURTHEST), np.full(count, 1.0 + FURTHEST)
     by_r = GROUPS[2] @ basis
     if not count or start.held or not np.any(by_r):
         return basis, low, high

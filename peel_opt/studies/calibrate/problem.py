@@ -3,8 +3,8 @@
 Given the rod, every observation finds its own state: a pair its foot on the branch, a picture the tip angle
 and the origin that suit its points best.  What is left is a function of the rod alone, whose gradient does
 not see that the states move (they are at a minimum).  It is minimised twice: first along the whole curve of
-each rod tried, so that no state can be missed, then on expansions about the exact states, renewed until they
-no longer move.
+each rod tried, so that no state can be missed, then with the exact states of each rod tried, from those of
+the last.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -27,11 +27,8 @@ from .linear import LinearModel, Seen, loss, squared
 from .pairs import HARD, SOFT, BranchSpline, Pairs, Pulls, scales
 from .pictures import Picture, best_picture
 
-#: How far log r may go, and A, on one expansion; and the move after which it need not be renewed.
-SPAN, STILL = 0.3, 1e-6
-
-#: Renewals of the expansions before a fit counts as undecided.
-MOST_RENEWALS = 5
+#: How far a foot is looked for on the expansion about a state, in A.
+SPAN = 0.3
 
 
 def _unwatched() -> None:
@@ -141,26 +138,14 @@ class Problem:
         return replace(found, states=found.states.put(rows, exact)), nodes
 
     def exactly(self, start: Fitted) -> Fitted | None:
-        """Minimise from states nearby over exact ones; None where there are none.
-
-        On expansions about the states, which are renewed until they hardly move; where they do not
-        settle, because residuals are large beside what the data determine, with new states at every rod.
-        """
-        rows, at, tried = self.rows[0], start, start.iterations
-        for _ in range(MOST_RENEWALS):
-            base, log_r = at.states.take(rows), scales(at.q)[1]
-            exact = self.chart.at(base, log_r, base.A)
-            if not np.all(np.isfinite(exact.numbers)):
-                break  # it went too far
-            found = self._descend(at, partial(self._expanded, exact), HARD, tol=1e-14, span=SPAN)
-            tried += found.iterations
-            moved = np.append(found.states.A[rows] - exact.A, scales(found.q)[1] - log_r)
-            at = replace(found, iterations=tried)
-            if np.abs(moved).max() < STILL or not len(rows):
-                return at
-        latest = start.states.take(rows)
+        """Minimise from states nearby over exact ones; None where there are none."""
+        latest = start.states.take(self.rows[0])
+        latest = self.chart.at(latest, scales(start.q)[1], latest.A)
+        if not np.all(np.isfinite(latest.numbers)):
+            return None
 
         def evaluate(q: np.ndarray) -> tuple[Pulls, ChartStates]:
+            """Solve for states at the feet on expansions about the latest ones; find the feet anew there."""
             nonlocal latest
             _, near = self._expanded(latest, q)
             exact = self.chart.at(latest, scales(q)[1], near.A)
@@ -168,11 +153,7 @@ class Problem:
                 latest = exact
             return self._expanded(exact, q)
 
-        latest = self.chart.at(latest, scales(start.q)[1], latest.A)
-        if not np.all(np.isfinite(latest.numbers)):
-            return None
-        found = self._descend(start, evaluate, HARD, tol=1e-14)
-        return replace(found, iterations=tried + found.iterations)
+        return self._descend(start, evaluate, HARD, tol=1e-12)
 
     def _expanded(self, states: ChartStates, q: np.ndarray) -> tuple[Pulls, ChartStates]:
         """Return the pairs at a rod nearby, their feet on the expansions of some states."""
@@ -187,17 +168,18 @@ class Problem:
         evaluate: Callable[[np.ndarray], tuple[Pulls, ChartStates]],
         hard: float,
         tol: float,
-        span: float = math.inf,
     ) -> Fitted:
         """Minimise the loss over the rod in the directions that are free."""
         from scipy.optimize import least_squares
 
-        basis, low, high = coordinates(start, self.free, span)
+        basis, low, high = coordinates(start, self.free)
         rows, shapes = self.rows
-        at, last = start, (np.empty(0), np.empty(0))
+        at, last = start, (np.array([math.nan]), np.empty(0), np.empty(0))
 
         def residuals(z: np.ndarray) -> np.ndarray:
             nonlocal at, last
+            if np.array_equal(z, last[0]):
+                return last[1]
             self.watch()
             q = start.q + basis @ (z - 1.0)
             r, by_q = [np.full(self._size, np.nan)], []
@@ -216,13 +198,12 @@ class Problem:
                     r.append(picture.r)
                     by_q.append(picture.projected)
                 if np.all(np.isfinite(np.concatenate(r))):
-                    at, last = here, (z.copy(), np.vstack(by_q) @ basis)
+                    at, last = here, (z.copy(), np.concatenate(r), np.vstack(by_q) @ basis)
             return np.concatenate(r)
 
         def jacobian(z: np.ndarray) -> np.ndarray:
-            if not np.array_equal(last[0], z):
-                residuals(z)
-            return last[1]
+            residuals(z)
+            return last[2]
 
         begin = np.ones(basis.shape[1])
         first = residuals(begin)

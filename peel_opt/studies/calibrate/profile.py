@@ -185,11 +185,13 @@ def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
     free = fit.problem.free.copy()
     free[place] = False
     problem = replace(fit.problem, free=free)
+    # The other numbers follow as far as the covariance tells.
+    own, follow = fit.free.index(MATERIAL[place]), np.zeros(3)
+    follow[fit.problem.free] = np.nan_to_num(fit.log_covariance[own] / fit.log_covariance[own, own])
     begin = float(at.q[place])
     reached, share = 0.0, 1.0
     while reached < 1.0:
-        q = at.q.copy()
-        q[place] = begin + min(1.0, reached + share) * (value - begin)
+        q = at.q + (begin + min(1.0, reached + share) * (value - begin) - at.q[place]) * follow
         trial = problem.exactly(replace(at, q=q, directions=np.eye(int(free.sum()))))
         if trial is None:
             share *= 0.5
