@@ -63,10 +63,11 @@ def drag(state: State, field: str, values: np.ndarray) -> np.ndarray:
     page = Page(Document(), state, submit=never)
     times = []
     for value in values:
-        page.state = page.state.changed(**{field: float(value)})
+        page.go_to(page.state.changed(**{field: float(value)}), rested=False)
         began = time.perf_counter()
         page._live()
         times.append(time.perf_counter() - began)
+        assert page.scene.state == page.state  # a picture was made
     return np.array(times)
 
 
