@@ -135,3 +135,52 @@ def loop_from_states(
         not_computed=NOT_COMPUTED if jumps else "",
         branch=branch,
     )
+
+
+def loop_along(
+    potential: EffectivePotential,
+    convention: Convention,
+    source: str,
+    window: tuple[float, float],
+    points: int = 41,
+) -> HysteresisLoop:
+    """Return the loop through the states of a potential's own curve: nothing is solved for.
+
+    Parameters
+    ----------
+    potential : EffectivePotential
+        At beta0 > 0.
+    convention : {"delay", "maxwell"}
+    source : str
+        What the curve is, "quadrature of a trace" or "normal form".
+    window : tuple of float
+        From where to where lambda is swept; it must hold the fold and 0.
+    points : int
+        States on the detached branch, evenly spread in alpha1, and on the straight rod below it.
+
+    Returns
+    -------
+    HysteresisLoop
+
+    Raises
+    ------
+    NoEquilibrium
+        If the curve has no fold, or is not known far enough past it.
+    """
+    fold = potential.fold()
+    peels = potential.delay() if convention == "delay" else potential.maxwell()
+    lost = fold if convention == "delay" else peels
+    last = potential.alpha1(window[1])
+    end = float(last[0]) if last.size and last[0] < peels.alpha1 else potential.domain[0]
+    places = np.unique([*np.linspace(end, fold.alpha1, points), peels.alpha1])
+    held = dict(zip(map(float, potential.curve(places)), map(float, places), strict=True))
+    # Both ends of the jumps as they are named, not as the curve gives them back.
+    held = {lam: alpha1 for lam, alpha1 in held.items() if alpha1 not in (fold.alpha1, peels.alpha1)}
+    held |= {fold.lam: fold.alpha1, peels.lam: peels.alpha1}
+    grid = np.unique([*np.linspace(window[0], lost.lam, points), *held])
+
+    def solved(value: float) -> State:
+        return held[value], "lower", np.nan, -1
+
+    ends = lost.lam, peels.lam
+    return loop_from_states(potential.beta0, convention, source, grid, ends, solved, potential, None)

@@ -17,7 +17,7 @@ from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
 from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.rod import Rod
+from ..model.rod import Rod, require_rod
 from ..residual.closures import Closure
 from .loops import Jump, Loop, VisitedStates
 
@@ -129,18 +129,40 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
             f"law {law.name!r} has no loop in the pressure: no transition at T0, or no end at contact.",
             remedy="Such a loop needs a traction that falls from the start and never pushes.",
         )
-    T0, eta = rod.adhesion_strength, rod.eta
-    # Even in the logarithm, but closer together towards the minimum, where the length turns.
     walk = primary_branch(law, Closure("ratio", rod.ratio))
-    least = minimum_pressure(walk).point.scalars.pressure_ratio
-    inner = least ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
+    inner = swept_pressures(minimum_pressure(walk).point.scalars.pressure_ratio, points)
     asked = {"pressure_ratio": [float(value) for value in inner]}
     branch = trace(rod, law=law, tol=tol, points=POINTS, at=asked)
+    return loop_of_branch(branch, inner)
+
+
+def loop_of_branch(branch: Branch, inner: np.ndarray) -> PressureLoop:
+    """Return the loop through the states of a rod's branch, followed to contact: nothing is solved for.
+
+    Parameters
+    ----------
+    branch : Branch
+        From T on.
+    inner : ndarray, shape (n,)
+        p/T0 between the minimum pressure and 1, ascending; the nearest point of the branch stands for each.
+
+    Returns
+    -------
+    PressureLoop
+
+    Raises
+    ------
+    NotConverged
+        If the branch has no minimum pressure or does not end at contact.
+    """
+    rod = require_rod(branch.rod)
+    T0, eta = rod.adhesion_strength, rod.eta
     P, turn, end = branch.pressure_ratio.copy(), _turn(branch).index, len(branch) - 1
     P[end] = 1.0  # the tip touches the plate, where p = Phi(y_tip)/y_tip is T0
 
     def rows(part: np.ndarray) -> list[int]:
-        return [int(part[np.argmin(np.abs(P[part] - value))]) for value in inner]
+        nearest = (int(part[np.argmin(np.abs(P[part] - value))]) for value in inner)
+        return [row for row in dict.fromkeys(nearest) if row not in (turn, end, 0)]
 
     folded = np.array([turn, *rows(np.arange(turn, end + 1)), end])
     unfolded = np.array([*rows(np.arange(turn + 1)), 0])
@@ -150,7 +172,7 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
         return PressureSweep(P[which] * T0, branch.sigma[which] * eta, label, branch.error[which], which)
 
     area, area_error = folded_area(branch, turn)
-    below = np.linspace(0.5 * P[turn], P[turn], max(points // 4, 2))
+    below = np.linspace(0.5 * P[turn], P[turn], max((len(inner) + 2) // 4, 2))
     ends = branch.sigma[[turn, end]] * eta
     up = PressureJump("up", T0, 0.0, float(ends[1]), float(branch.lam[end]), float(branch.alpha1[end]))
     down = PressureJump(
@@ -163,7 +185,7 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
     )
     return PressureLoop(
         rod=rod,
-        up=PressureSweep.adhered(np.array([*below, *inner, 1.0]) * T0).then(solved(folded[-1:])),
+        up=PressureSweep.adhered(np.array([*below, *P[folded[1:-1]], 1.0]) * T0).then(solved(folded[-1:])),
         down=solved(folded[::-1]).then(PressureSweep.adhered(below[::-1] * T0)),
         between=solved(unfolded),
         jumps=(up, down),
@@ -172,6 +194,12 @@ def sweep_pressure(rod: Rod, points: int, tol: float, law: CohesiveLaw = COHESIV
         not_computed=NOT_COMPUTED,
         branch=branch,
     )
+
+
+def swept_pressures(least: float, points: int) -> np.ndarray:
+    """Return p/T0 above the least: even in the logarithm, but closer together where the length turns."""
+    inner: np.ndarray = least ** (1.0 - np.linspace(0.0, 1.0, points)[1:-1] ** 2)
+    return inner
 
 
 def _turn(branch: Branch) -> SpecialPoint:
