@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
-from ..equilibria.branch_parts import SpecialPoint
+from ..equilibria.branch_parts import Trivial
 from ..model.labels import special_kind
-from . import style
-from .axes import axes_or
 from .dispatch import draw
-from .frame import add_legend
+from .mpl import draw_panel
+from .panels import Axis, Line, Mark, Panel, room
 from .words import AxisUnit, length_unit, pressure_unit, typeset
 
 #: What can be drawn, and how it is written on an axis.  Those in `_LENGTHS` and `_PRESSURES`
@@ -44,22 +42,17 @@ LABELS = {
 _LENGTHS, _PRESSURES = ("length", "tip_height"), ("pressure",)
 
 
-#: Marker and colour of special points by their kind, and those of all others.
-MARKERS = {
-    "BP": ("o", style.ROD),
-    "LP-lambda": ("s", style.PRESSURE),
-    "LP-length": ("s", style.PRESSURE),
-    "LP-pressure": ("D", style.WARNING),
-    "y=y0": ("^", style.RANGE),
-    "contact": ("X", style.ROD),
-}
-_OTHER = ("v", style.ROD)
+#: What is said before the symbol of some of them.
+WORDS = {"lam": "", "alpha1": "extra pressure", "length": "detached length", "pressure": "pressure"}
 
-BRANCH, SPURIOUS, STRAIGHT = style.ADHESION, "#ADADAD", "#6E6E6E"
-DASHES = (0, (4.0, 1.8))
-_LETTER_GAP = 8.0  # points
+#: Readings of stability, as `diagram_panel` takes them.
+AT_PRESSURE, AT_LENGTH = "at fixed $p$", r"at fixed $\bar s$, by the potential (35)"
+
 #: How far along the curve its bend is looked at, in sizes of the picture.
 _LOOK = 0.04
+
+#: Room around a branch, as a share of it.
+_MARGIN = 0.1
 
 
 @draw.register
@@ -104,48 +97,87 @@ def plot_branch(
     InvalidInput
         If the branch is empty, or a column has no such name or no finite value.
     """
+    return draw_panel(diagram_panel(branch, x, y), ax, legend="below" if legend else "")
+
+
+def diagram_panel(
+    branch: Branch,
+    x: str | None = None,
+    y: str | None = None,
+    *,
+    stable: Sequence[bool | None] | None = None,
+    reading: str = AT_PRESSURE,
+) -> Panel:
+    """Return the picture of a branch: see `plot_branch`.
+
+    Parameters
+    ----------
+    branch : Branch
+    x, y : str, optional
+    stable : sequence of bool or None, optional
+        Whether each point is stable, None where that is not known; by default as the branch says.
+    reading : str
+        Under which control.
+
+    Returns
+    -------
+    Panel
+
+    Raises
+    ------
+    InvalidInput
+        If the branch is empty, or a column has no such name or no finite value.
+    """
     if not len(branch):
         raise InvalidInput("this branch has no points to draw.")
+    if stable is None:
+        unstable = branch.unstable
+        stable = [None] * len(branch) if unstable is None else [not u for u in unstable.tolist()]
     if branch.arclength[0] > branch.arclength[-1]:
         # In one direction always, so that dashes and numbers do not depend on how it was walked.
-        branch = branch[::-1]
+        branch, stable = branch[::-1], stable[::-1]
+    names, units = _axes(branch, x, y)
+    across, up = coordinates(branch, x, y)
+    trivial = branch.trivial if names == ("lam", "alpha1") else None
+    lines = [] if trivial is None else [*_straight(trivial, reading)]
+    for rows, is_stable, spurious in _runs(branch, stable):
+        look, label, full = _look(stable, is_stable, spurious, reading)
+        lines.append(Line(look, across[rows], up[rows], label, full))
+    marks = [] if trivial is None else [*_other_transitions(branch, trivial)]
+    return Panel(
+        Axis(_axis(names[0], units[0]), *room(np.concatenate([line.x for line in lines]), _MARGIN)),
+        Axis(_axis(names[1], units[1]), *room(np.concatenate([line.y for line in lines]), _MARGIN)),
+        tuple(lines),
+        (*marks, *_marks(branch, across, up)),
+    )
+
+
+def coordinates(branch: Branch, x: str | None = None, y: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the points of a branch are in its picture."""
+    across, up = (_column(branch, name) / unit.size for name, unit in zip(*_axes(branch, x, y), strict=True))
+    return across, up
+
+
+def place(branch: Branch, x: float, y: float) -> tuple[float, float]:
+    """Return where (x, y), values of the usual columns, are in the picture of a branch."""
+    across, up = _axes(branch, None, None)[1]
+    return x / across.size, y / up.size
+
+
+def _axes(branch: Branch, x: str | None, y: str | None) -> tuple[tuple[str, str], list[AxisUnit]]:
     default = ("lam", "alpha1") if branch.rod is None else ("length", "pressure")
     names = (x or default[0], y or default[1])
-    units = [_unit(branch, name) for name in names]
-    across, up = (_column(branch, name) / unit.size for name, unit in zip(names, units, strict=True))
-    ax = axes_or(ax, _own_axes)
-    if names == ("lam", "alpha1") and branch.trivial is not None:
-        _draw_straight(ax, branch)
-    for rows, stable, spurious in _runs(branch):
-        (line,) = ax.plot(
-            across[rows],
-            up[rows],
-            color=SPURIOUS if spurious else BRANCH,
-            linewidth=1.4 if spurious else 2.0,
-            linestyle=DASHES if stable is False else "-",
-            dash_capstyle="butt",
-            label=_unique(ax, _words(stable, spurious)),
-            zorder=2 if spurious else 3,
-        )
-        line.set_gid("spurious" if spurious else "branch")
-    _mark_points(ax, branch, across, up)
-    ax.set_xlabel(_axis(names[0], units[0]))
-    ax.set_ylabel(_axis(names[1], units[1]))
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.margins(0.08)
-    if legend:
-        add_legend(ax, columns=2)
-    return ax
+    return names, [_unit(branch, name) for name in names]
 
 
-def _letters(points: list[SpecialPoint]) -> list[str]:
-    letters = [special_kind(point.kind).letter for point in points]
+def _numbers(letters: list[str]) -> list[int]:
+    """Count the points of each letter; 0 where there is one only."""
     total, seen = Counter(letters), Counter[str]()
-    named = []
+    numbers = []
     for letter in letters:
         seen[letter] += 1
-        named.append(f"{letter}$_{seen[letter]}$" if total[letter] > 1 else letter)
-    return named
+        numbers.append(seen[letter] if total[letter] > 1 else 0)
+    return numbers
 
 
 def _unit(branch: Branch, name: str) -> AxisUnit:
@@ -175,29 +207,23 @@ def _axis(name: str, unit: AxisUnit) -> str:
     label = LABELS[name]
     if name == "pressure" and not unit.name:
         return LABELS["alpha"]
-    return unit.axis(label.strip("$")) if unit.name else label
+    symbol = unit.axis(label.strip("$")) if unit.name else label
+    return f"{WORDS.get(name, '')} {symbol}".lstrip()
 
 
-def _own_axes() -> Axes:
-    """Return axes in a figure of their own; pyplot never knows it."""
-    axes: Axes = Figure(figsize=(6.4, 4.8), layout="constrained").add_subplot()
-    return axes
-
-
-def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
+def _runs(branch: Branch, stable: Sequence[bool | None]) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
     """Pieces of one look: their rows, whether they are stable (None if unknown) and spurious.
 
     A stretch between two points that differ takes the look of the one that is no special
     point, since there the look changes.
     """
     special = {p.index for p in branch.special_points}
-    unstable = branch.unstable
     spurious = branch.spurious
 
     def look(i: int, j: int) -> tuple[bool | None, bool]:
         decisive = [k for k in (i, j) if k not in special] or [i, j]
-        stable = None if unstable is None else not unstable[decisive].any()
-        return stable, bool(spurious[decisive].any())
+        known = [stable[k] for k in decisive]
+        return None if None in known else all(known), bool(spurious[decisive].any())
 
     for piece in branch.pieces:
         rows = np.arange(len(branch))[piece]
@@ -210,68 +236,60 @@ def _runs(branch: Branch) -> Iterator[tuple[np.ndarray, bool | None, bool]]:
             yield rows[a : b + 1], *looks[a]
 
 
-def _words(stable: bool | None, spurious: bool) -> str:
-    name = "spurious, $y < 0$" if spurious else "detached"
-    return name + {None: "", True: ", stable at fixed $p$", False: ", unstable at fixed $p$"}[stable]
+def _look(
+    known: Sequence[bool | None], stable: bool | None, spurious: bool, reading: str
+) -> tuple[str, str, str]:
+    """Look, label and full label of a piece."""
+    word = {None: "", True: "stable", False: "unstable"}[stable]
+    if spurious:
+        name = "spurious, $y < 0$"
+        return (f"spurious-{word}", name, f"{name}, {word} {reading}") if word else ("spurious", name, name)
+    if word:
+        return word, word, f"detached, {word} {reading}"
+    if any(each is not None for each in known):
+        return "unknown", "not computed", "detached, stability not computed"
+    return "branch", "detached", "detached"
 
 
-def _unique(ax: Axes, label: str) -> str:
-    """Return a label, hidden from the legend where it is in it already."""
-    return f"_{label}" if label in ax.get_legend_handles_labels()[1] else label
+def _straight(trivial: Trivial, reading: str) -> Iterator[Line]:
+    """The straight rod; at fixed length it is stable up to T."""
+    label = "straight rod"
+    if reading == AT_PRESSURE:
+        yield Line("straight", trivial.lam, trivial.alpha1, label)
+        return
+    ends = float(trivial.lam.min()), float(trivial.lam.max())
+    for look, low, high in (
+        ("straight", ends[0], min(ends[1], 0.0)),
+        ("straight-unstable", max(ends[0], 0.0), ends[1]),
+    ):
+        if low < high:
+            yield Line(look, np.array([low, high]), np.zeros(2), label if look == "straight" else "")
 
 
-def _draw_straight(ax: Axes, branch: Branch) -> None:
-    assert branch.trivial is not None
-    lam = branch.trivial.lam
-    (line,) = ax.plot(
-        lam, branch.trivial.alpha1, color=STRAIGHT, linewidth=1.2, label=_unique(ax, "straight rod"), zorder=1
-    )
-    line.set_gid("straight")
+def _other_transitions(branch: Branch, trivial: Trivial) -> Iterator[Mark]:
+    """Where other branches leave the straight rod; T itself is marked with the branch."""
     on_branch = [p.lam for p in branch.special("BP")]
-    for point in branch.trivial.special_points:
-        # T itself is marked with the branch.
+    for point in trivial.special_points:
         if all(abs(point.lam - lam) > 1e-6 * (1.0 + abs(lam)) for lam in on_branch):
-            _draw_mark(ax, "BP", point.lam, 0.0)
+            letter, words = special_kind("BP")
+            yield Mark("BP", point.lam, 0.0, words, letter, away=(-0.4, 0.9))
 
 
-def _mark_points(ax: Axes, branch: Branch, across: np.ndarray, up: np.ndarray) -> None:
+def _marks(branch: Branch, across: np.ndarray, up: np.ndarray) -> Iterator[Mark]:
     points = sorted(branch.special_points, key=lambda p: p.index)
-    for point, letter in zip(points, _letters(points), strict=True):
+    named = [special_kind(point.kind) for point in points]
+    for point, (letter, words), number in zip(points, named, _numbers([n for n, _ in named]), strict=True):
         i = point.index
-        if not np.isfinite([across[i], up[i]]).all():
-            continue
-        _draw_mark(ax, point.kind, across[i], up[i])
-        dx, dy = _outward(across, up, i)
-        text = ax.annotate(
-            letter,
-            xy=(across[i], up[i]),
-            xytext=(_LETTER_GAP * dx, _LETTER_GAP * dy),
-            textcoords="offset points",
-            ha="center" if abs(dx) < 0.4 else ("left" if dx > 0 else "right"),
-            va="center" if abs(dy) < 0.4 else ("bottom" if dy > 0 else "top"),
-            fontsize=style.SMALL + 1.0,
-            color=MARKERS.get(point.kind, _OTHER)[1],
-            zorder=7,
-        )
-        text.set_gid(f"letter:{point.kind}")
-
-
-def _draw_mark(ax: Axes, kind: str, x: float, y: float) -> None:
-    (letter, words), (marker, colour) = special_kind(kind), MARKERS.get(kind, _OTHER)
-    (drawn,) = ax.plot(
-        [x],
-        [y],
-        linestyle="none",
-        marker=marker,
-        markersize=6.0,
-        markerfacecolor="white" if marker == "o" else colour,
-        markeredgecolor=colour if marker == "o" else "white",
-        markeredgewidth=1.3 if marker == "o" else 0.6,
-        label=_unique(ax, f"{letter}: {typeset(words)}"),
-        zorder=6,
-        clip_on=False,
-    )
-    drawn.set_gid(f"mark:{letter}")
+        if np.isfinite([across[i], up[i]]).all():
+            yield Mark(
+                point.kind,
+                float(across[i]),
+                float(up[i]),
+                typeset(words),
+                letter,
+                number,
+                _outward(across, up, i),
+            )
 
 
 def _outward(across: np.ndarray, up: np.ndarray, i: int) -> tuple[float, float]:

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 PICTURES = {
     "Equilibrium": "rod",
     "Branch": "diagram",
-    "HysteresisLoop": "potential",
-    "PressureLoop": "potential",
+    "HysteresisLoop": "loop",
+    "PressureLoop": "loop",
     "Calibration": "fit",
     "Sweep": "sweeps",
     "Propagated": "spread",

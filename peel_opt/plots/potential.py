@@ -1,27 +1,29 @@
-"""The effective potential (Fig 7) and hysteresis loops."""
+"""The effective potential (35) at one beta0, at several values of lambda: Fig 7."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import cycle
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from ..analysis.lambda_loop import HysteresisLoop
-from ..analysis.potential import EffectivePotential
-from ..analysis.pressure_loop import PressureLoop
-from . import style
-from .axes import axes_or
-from .dispatch import draw
+from ..analysis.potential import EffectivePotential, Level
+from ..base.units import digits_left
+from .mpl import draw_panel
+from .panels import Axis, Line, Mark, Panel
 
-#: Lines of neighbouring curves, which differ in grey too.
-LINES: tuple[Any, ...] = ("-", (0, (6.0, 1.5)), (0, (4.0, 1.2, 1.0, 1.2)), (0, (1.4, 1.0)))
+#: Points of a curve.
+_POINTS = 321
 
-#: Markers by kind of critical point, and whether they are filled.
-MARKERS = {"minimum": ("o", True), "maximum": ("o", False), "inflection": ("s", False)}
+#: The landing of the delay is in the picture unless it is this many times deeper than all else.
+_DEEPEST = 3.0
+
+#: Letters of the three values of lambda, their names in a legend, and what they mean.
+NAMED = {
+    "fold": ("F", "fold", "fold: the detached minimum appears"),
+    "maxwell": ("M", "Maxwell", "Maxwell: both minima are equally deep"),
+    "delay": ("D", "delay", r"delay: the adhered minimum is lost at $\lambda = 0$"),
+}
 
 
 def plot_potential(
@@ -43,110 +45,114 @@ def plot_potential(
     -------
     Axes
     """
-    ax = axes_or(ax, _own_axes)
-    named = _named(potential) if lam is None else [(float(value), f"{value:.4g}") for value in lam]
-    lowest = min(float(x) for value, _ in named for x in [0.0, *potential.alpha1(value)])
+    return draw_panel(family_panel(potential, lam), ax, height=4.4, legend="inside")
+
+
+def family_panel(potential: EffectivePotential, lam: Sequence[float] | None = None) -> Panel:
+    """Return the picture of a potential at some values of lambda: see `plot_potential`."""
+    values = _values(potential) if lam is None else [(float(value), f"{value:.4g}") for value in lam]
+    lowest = min(float(x) for value, _ in values for x in [0.0, *potential.alpha1(value)])
     span = max(-lowest, 1e-3)
-    x = np.linspace(max(-1.22 * span, potential.domain[0]), min(0.32 * span, potential.domain[1]), 401)
-    curves = [potential(x, value) for value, _ in named]
-    marks = [potential.critical_points(value) for value, _ in named]
-    looks = zip(style.family_colours(len(named)), cycle(LINES))
-    for curve, points, (_, name), (shade, line) in zip(curves, marks, named, looks, strict=True):
-        ax.plot(x, curve, color=shade, linestyle=line, linewidth=1.8, label=rf"$\lambda = {name}$")
-        for point in points:
-            marker, filled = MARKERS[point.kind]
-            ax.plot(
-                point.alpha1,
-                point.potential,
-                marker,
-                color=shade,
-                markerfacecolor=shade if filled else "white",
-                markersize=6,
-                zorder=5,
+    x = _places(potential, -1.22 * span, 0.32 * span)
+    lines, marks, listed = [Line("zero", x[[0, -1]], np.zeros(2))], [], set[str]()
+    for i, (value, name) in enumerate(values):
+        look = f"curve {i}/{len(values)}"
+        lines.append(Line(look, x, potential(x, value), rf"$\lambda = {name}$"))
+        for point in potential.critical_points(value):
+            marks.append(
+                Mark(
+                    point.kind,
+                    point.alpha1,
+                    point.potential,
+                    point.kind,
+                    of=look,
+                    listed=point.kind not in listed,
+                )
             )
-    heights = [point.potential for points in marks for point in points]
-    size = max(max(heights) - min(heights), 1e-300)
-    ax.set_ylim(min(heights) - 0.45 * size, max(heights) + 0.75 * size)
-    ax.set_xlim(x[0], x[-1])
-    ax.axhline(0.0, color=style.PLATE, linewidth=0.8, zorder=0)
-    ax.set_xlabel(r"extra pressure $\alpha_1$")
-    ax.set_ylabel(r"effective potential $U_e$")
-    ax.set_title(rf"$\beta_0 = {potential.beta0:g}$", fontsize=style.SMALL, loc="left")
-    for marker, filled, text in (("o", True, "minimum"), ("o", False, "maximum"), ("s", False, "inflection")):
-        face = "black" if filled else "white"
-        ax.plot([], [], marker, color="black", markerfacecolor=face, markersize=6, label=text)
-    _tidy(ax)
-    return ax
+            listed.add(point.kind)
+    heights = [mark.y for mark in marks]
+    low, high = _heights(heights, 0.45, 0.75)
+    title = rf"$\beta_0 = {potential.beta0:g}$"
+    return _panel(x, low, high, lines, marks, title=title)
 
 
-@draw.register
-def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
-    """Draw a loop in the (lambda, alpha1) plane: both sweeps, and the jumps as arrows.
+def named_panel(
+    potential: EffectivePotential,
+    lam: float,
+    named: Mapping[str, Level],
+    alpha1: float | None = None,
+) -> Panel:
+    """Return the picture of a potential at ``lam`` and at those of fold, Maxwell point and delay.
 
     Parameters
     ----------
-    loop : HysteresisLoop
-    ax : Axes, optional
-        Without it a figure is made that needs no display.
-
-    Returns
-    -------
-    Axes
+    potential : EffectivePotential
+    lam : float
+    named : mapping
+        Of "fold", "maxwell" and "delay", those that are known.
+    alpha1 : float, optional
+        Where the state is.
     """
-    ax = axes_or(ax, _own_axes)
-    if loop.branch is not None:
-        inside = loop.branch.state == "middle"
-        _unvisited(ax, loop.branch.lam[inside], loop.branch.alpha1[inside], "middle branch")
-    up, down = ((sweep.lam, sweep.alpha1) for sweep in (loop.up, loop.down))
-    _sweeps(ax, up, down, r"$\lambda$")
-    for jump in loop.jumps:
-        _arrow(ax, jump.direction, (jump.lam, jump.alpha1_before), (jump.lam, jump.alpha1_after))
-    ax.set_xlabel(r"$\lambda = \beta_1 - \pi^4$")
-    ax.set_ylabel(r"extra pressure $\alpha_1$")
-    states = "solved states" if loop.source == "solver" else f"normal form: {loop.source}"
-    ax.set_title(
-        rf"$\beta_0 = {loop.beta0:g}$, {loop.convention} convention, {states}; area {loop.area:.4g}",
-        fontsize=style.SMALL,
-        loc="left",
+    roots = [x for x in (0.0, *potential.alpha1(lam)) if np.isfinite(x)]
+    ends = [*roots, *(level.alpha1 for level in named.values()), *([] if alpha1 is None else [alpha1])]
+    span = max(max(ends) - min(ends), 1e-3)
+    x = _places(potential, min(ends) - 0.22 * span, max(ends) + 0.3 * span)
+    lines = [
+        Line(name, x, potential(x, level.lam), f"{NAMED[name][1]} {_digits(level)}".rstrip())
+        for name, level in named.items()
+    ]
+    lines.append(Line("current", x, potential(x, lam), rf"$\lambda = {lam:.4g}$"))
+    here = None
+    heights = [0.0, *(float(potential(v, lam)) for v in roots if v <= 0.0)]
+    if alpha1 is not None and potential.domain[0] <= alpha1 <= potential.domain[1]:
+        here = (alpha1, float(potential(alpha1, lam)))
+        heights.append(here[1])
+    points = {name: float(potential(level.alpha1, level.lam)) for name, level in named.items()}
+    heights += [y for name, y in points.items() if name != "delay"]
+    if "delay" in points and abs(points["delay"]) < _DEEPEST * np.ptp(heights):
+        heights.append(points["delay"])
+    low, high = _heights(heights, 0.3, 0.45)
+    marks = []
+    for name, y in points.items():
+        letter, _, meaning = NAMED[name]
+        # The landing of the delay may be far below the wells that are looked at.
+        letter, shown = (letter, y) if y >= low else (f"{letter}↓", low + 0.04 * (high - low))
+        marks.append(Mark(name, named[name].alpha1, shown, meaning, letter))
+    return _panel(x, low, high, lines, marks, here=here)
+
+
+def _panel(
+    x: np.ndarray,
+    low: float,
+    high: float,
+    lines: list[Line],
+    marks: list[Mark],
+    *,
+    title: str = "",
+    here: tuple[float, float] | None = None,
+) -> Panel:
+    return Panel(
+        Axis(r"extra pressure $\alpha_1$", float(x[0]), float(x[-1])),
+        Axis("effective potential $U_e$", low, high),
+        tuple(lines),
+        tuple(marks),
+        title=title,
+        here=here,
     )
-    _tidy(ax, loc="lower left")
-    return ax
 
 
-@draw.register
-def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
-    """Draw the loop of a rod in the (pressure, length) plane, with the unfolded states between.
-
-    Parameters
-    ----------
-    loop : PressureLoop
-    ax : Axes, optional
-        Without it a figure is made that needs no display.
-
-    Returns
-    -------
-    Axes
-    """
-    ax = axes_or(ax, _own_axes)
-    T0, eta = loop.rod.adhesion_strength, loop.rod.eta
-    _unvisited(ax, loop.between.pressure / T0, loop.between.length / eta, "unfolded states")
-    up, down = ((sweep.pressure / T0, sweep.length / eta) for sweep in (loop.up, loop.down))
-    _sweeps(ax, up, down, r"$p$")
-    for jump in loop.jumps:
-        here, there = ((jump.pressure / T0, v / eta) for v in (jump.length_before, jump.length_after))
-        _arrow(ax, jump.direction, here, there)
-    ax.set_xlabel(r"pressure $p/T_0$")
-    ax.set_ylabel(r"detached length $\bar s/\eta$")
-    ax.set_title(
-        rf"$\eta/y_0 = {loop.rod.ratio:.4g}$; what happens in a jump is not computed",
-        fontsize=style.SMALL,
-        loc="left",
-    )
-    _tidy(ax, loc="center", bbox_to_anchor=(0.5, 0.25))
-    return ax
+def _places(potential: EffectivePotential, low: float, high: float) -> np.ndarray:
+    """Extra pressures of a curve, where the potential is known."""
+    return np.linspace(max(low, potential.domain[0]), min(high, potential.domain[1]), _POINTS)
 
 
-def _named(potential: EffectivePotential) -> list[tuple[float, str]]:
+def _heights(values: list[float], below: float, above: float) -> tuple[float, float]:
+    """Range of heights, with room in shares of its size."""
+    size = max(max(values) - min(values), 1e-12)
+    return min(values) - below * size, max(values) + above * size
+
+
+def _values(potential: EffectivePotential) -> list[tuple[float, str]]:
     """The four values of Fig 7, in units of the fold's, with the names of the two that have one."""
     fold, maxwell = potential.fold()[0], potential.maxwell()[0]
     if potential.beta0 == 0.0:
@@ -161,38 +167,8 @@ def _named(potential: EffectivePotential) -> list[tuple[float, str]]:
     ]
 
 
-def _unvisited(ax: Axes, x: np.ndarray, y: np.ndarray, label: str) -> None:
-    """States between the two of a jump, which no sweep visits."""
-    ax.plot(x, y, "--", color=style.PLATE, linewidth=1.4, label=label)
-
-
-def _sweeps(
-    ax: Axes, up: tuple[np.ndarray, np.ndarray], down: tuple[np.ndarray, np.ndarray], swept: str
-) -> None:
-    """Both sweeps: up as line with open circles, down as line with dots, so that overlaps show."""
-    ax.plot(*up, "o-", color=style.PRESSURE, markerfacecolor="white", markersize=5, label=f"{swept} rising")
-    ax.plot(*down, ".-", color=style.ADHESION, markersize=4, linewidth=1.0, label=f"{swept} falling")
-
-
-def _arrow(
-    ax: Axes, direction: Literal["up", "down"], here: tuple[float, float], there: tuple[float, float]
-) -> None:
-    """An arrow head in the middle of a jump."""
-    shade = style.PRESSURE if direction == "up" else style.ADHESION
-    middle = (0.5 * (here[0] + there[0]), 0.5 * (here[1] + there[1]))
-    start = (0.45 * there[0] + 0.55 * here[0], 0.45 * there[1] + 0.55 * here[1])
-    ax.annotate(
-        "",
-        xy=middle,
-        xytext=start,
-        arrowprops={"arrowstyle": "-|>", "color": shade, "mutation_scale": 18, "linewidth": 0.0},
-    )
-
-
-def _own_axes() -> Axes:
-    return Figure(figsize=(6.4, 4.4), layout="constrained").subplots()
-
-
-def _tidy(ax: Axes, **where: Any) -> None:
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(frameon=False, fontsize=style.SMALL, **where)
+def _digits(level: Level) -> str:
+    """A named lambda to the digits that its error leaves, four at most; nothing where it is 0."""
+    if not level.lam:
+        return ""
+    return f"{level.lam:.{digits_left(level.lam, level.error, 4)}g}"

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
-from . import style
-from .axes import axes_or
+from ..model.rod import Rod
 from .dispatch import draw
-from .forces import Arrows, Forces, forces_on
-from .frame import Scene, add_legend, dress, own_axes, stage
+from .forces import Arrows as Forces
+from .forces import forces_on
+from .frame import Frame, stage
+from .mpl import draw_panel
+from .panels import Arrows, Line, Mark, Panel
 from .words import AxisUnit, length_unit, load, title, warnings_of
 
 
@@ -44,25 +44,62 @@ def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = 
     InvalidInput
         If nothing was found that could be drawn.
     """
+    return draw_panel(rod_panel(eq), ax, legend="below" if legend else "")
+
+
+def rod_panel(eq: Equilibrium) -> Panel:
+    """Return the picture of a rod: see `plot_equilibrium`.
+
+    Parameters
+    ----------
+    eq : Equilibrium
+
+    Returns
+    -------
+    Panel
+
+    Raises
+    ------
+    InvalidInput
+        If nothing was found that could be drawn.
+    """
     _require_shape(eq)
     unit = length_unit(eq.rod, eq.length)
     x, y = eq.x / unit.size, eq.y / unit.size
-    scene = stage(x, y, _range(eq, unit))
-    forces = forces_on(eq, x, y, scene.stretch, scene.arrow)
-    ax = axes_or(ax, lambda: own_axes(scene))
-    corners = np.concatenate(
-        [
-            np.stack([x, y], axis=-1),
-            *(a.corners for a in (forces.pressure, forces.adhesion, forces.repulsion)),
-        ]
+    frame = stage(x, y, _range(eq, unit))
+    forces = forces_on(eq, x, y, frame.stretch, frame.arrow)
+    scaled = f" (× {forces.magnified:g})", f" (arrows × {forces.magnified:g})"
+    short, full = scaled if forces.magnified != 1.0 else ("", "")
+    drawn = (
+        (forces.pressure, "pressure", f"pressure $p${short}", f"pressure $p${full}"),
+        (forces.adhesion, "adhesion", "adhesion $f$", r"adhesion $T_0\,\tau(y/y_0)$"),
+        (forces.repulsion, "repulsion", "repulsion", "repulsion, not physical"),
     )
-    dress(ax, scene, unit, corners)
-    _draw_rod(ax, scene, x, y, _beyond(eq, y, scene))
-    _draw_forces(ax, forces, eq.alpha)
-    _caption(ax, eq)
-    if legend:
-        add_legend(ax, columns=2)
-    return ax
+    shown = [entry for entry in drawn if entry[0].x.size and (entry[1] != "pressure" or eq.alpha != 0.0)]
+    corners = np.concatenate([np.stack([x, y], axis=-1), *(force.corners for force, *_ in drawn)])
+    across, up = frame.axes(unit, corners)
+    ends = ((0, "tip", "free tip $s = 0$"), (-1, "detachment", r"detachment $s = \bar s$"))
+    return Panel(
+        across,
+        up,
+        (_attached(frame), *_rod(x, y, _beyond(eq, y, frame))),
+        tuple(Mark(look, float(x[i]), float(y[i]), meaning) for i, look, meaning in ends),
+        tuple(_arrows(*entry) for entry in shown),
+        title(eq),
+        tuple(warnings_of(eq.flags)),
+        ground=frame.ground,
+    )
+
+
+def adhered_panel(rod: Rod | None, length: float) -> Panel:
+    """Return the picture of the straight rod, ``length`` being what was detached."""
+    unit = length_unit(rod, length)
+    ends = np.array([-length / unit.size, 0.0])
+    y0 = None if rod is None else rod.adhesion_range / unit.size
+    frame = stage(np.array([*ends, 0.2 * -ends[0]]), np.array([0.0, 0.0, 0.3 * -ends[0]]), y0)
+    across, up = frame.axes(unit, np.array([[ends[0], 0.0]]))
+    lines = (_attached(frame), Line("rod", ends, np.zeros(2)))
+    return Panel(across, up, lines, title="adhered", ground=frame.ground)
 
 
 def plot_family(
@@ -107,17 +144,21 @@ def plot_family(
     ranges = [_range(eq, unit) for eq in family]
     x, y = (np.concatenate(parts) for parts in zip(*shapes, strict=True))
     shared = ranges[0] if all(np.allclose(r or 0.0, ranges[0] or 0.0) for r in ranges) else None
-    scene = stage(x, y, shared)
-    ax = axes_or(ax, lambda: own_axes(scene))
-    dress(ax, scene, unit, np.stack([x, y], axis=-1))
-    ax.plot([0.0, scene.right], [0.0, 0.0], color=style.ROD, linewidth=style.ROD_WIDTH, zorder=3)
-    for (xs, ys), name, shade in zip(shapes, names, style.family_colours(len(family)), strict=True):
-        (line,) = ax.plot(xs, ys, color=shade, linewidth=2.0, zorder=4, label=name)
-        line.set_gid("rod")
-        ax.plot(xs[:1], ys[:1], "o", color=shade, markersize=4.5, zorder=5)
-    if legend:
-        add_legend(ax, columns=2 if len(family) in (2, 4) else 3)
-    return ax
+    frame = stage(x, y, shared)
+    looks = [f"family {i}/{len(family)}" for i in range(len(family))]
+    lines = [Line(k, *shape, name) for k, shape, name in zip(looks, shapes, names, strict=True)]
+    tips = [
+        Mark("member", float(xs[0]), float(ys[0]), "", of=k, listed=False)
+        for k, (xs, ys) in zip(looks, shapes, strict=True)
+    ]
+    panel = Panel(
+        *frame.axes(unit, np.stack([x, y], axis=-1)),
+        (_attached(frame), *lines),
+        tuple(tips),
+        ground=frame.ground,
+    )
+    columns = 2 if len(family) in (2, 4) else 3
+    return draw_panel(panel, ax, legend="below" if legend else "", columns=columns)
 
 
 def _names(family: list[Equilibrium]) -> list[str]:
@@ -141,132 +182,31 @@ def _range(eq: Equilibrium, unit: AxisUnit) -> float | None:
     return eq.beta0 / eq.beta1 if eq.beta0 > 0.0 else None
 
 
-def _beyond(eq: Equilibrium, y: np.ndarray, scene: Scene) -> float | None:
+def _beyond(eq: Equilibrium, y: np.ndarray, frame: Frame) -> float | None:
     """Return the height above which the law is used beyond its range, if the rod goes there."""
-    if eq.law == "linear" and scene.y0 is not None and y.max() > scene.y0 * (1.0 + 1e-9):
-        return scene.y0
+    if eq.law == "linear" and frame.y0 is not None and y.max() > frame.y0 * (1.0 + 1e-9):
+        return frame.y0
     return None
 
 
-def _draw_rod(ax: Axes, scene: Scene, x: np.ndarray, y: np.ndarray, limit: float | None) -> None:
-    def draw(xs: np.ndarray, ys: np.ndarray, gid: str, label: str, dashes: str | tuple = "-") -> None:
-        (line,) = ax.plot(
-            xs,
-            ys,
-            color=style.ROD,
-            linewidth=style.ROD_WIDTH,
-            linestyle=dashes,
-            solid_capstyle="butt",
-            label=label,
-            zorder=4,
-        )
-        line.set_gid(gid)
+def _attached(frame: Frame) -> Line:
+    # Beyond the frame, since a page may show more than it.
+    return Line("attached", np.array([0.0, frame.right + 10.0 * frame.width]), np.zeros(2))
 
-    draw(np.array([0.0, scene.right]), np.zeros(2), "attached", "_attached")
+
+def _rod(x: np.ndarray, y: np.ndarray, limit: float | None) -> tuple[Line, ...]:
+    """The detached part; what is above a limit apart."""
     if limit is None:
-        draw(x, y, "rod", "_rod")
-    else:
-        x, y = _split(x, y, limit)
-        draw(np.where(y <= limit, x, np.nan), y, "rod", "_rod")
-        draw(
-            np.where(y >= limit, x, np.nan),
-            y,
-            "rod-beyond-y0",
-            "$y > y_0$, out of range",
-            (0, (2.2, 1.1)),
-        )
-    for i, face, gid, label in (
-        (0, "white", "tip", "free tip $s = 0$"),
-        (-1, style.ROD, "detachment", r"detachment $s = \bar s$"),
-    ):
-        (mark,) = ax.plot(
-            x[i : i + 1] if i == 0 else x[-1:],
-            y[:1] if i == 0 else y[-1:],
-            linestyle="none",
-            marker="o",
-            markersize=6.0,
-            markerfacecolor=face,
-            markeredgecolor=style.ROD,
-            markeredgewidth=1.3,
-            label=label,
-            zorder=6,
-            clip_on=False,
-        )
-        mark.set_gid(gid)
-
-
-def _split(x: np.ndarray, y: np.ndarray, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """Add to a polyline the points where it crosses ``level``."""
-    crossing = np.flatnonzero((y[:-1] - level) * (y[1:] - level) < 0.0)
-    part = (level - y[crossing]) / (y[crossing + 1] - y[crossing])
+        return (Line("rod", x, y),)
+    crossing = np.flatnonzero((y[:-1] - limit) * (y[1:] - limit) < 0.0)
+    part = (limit - y[crossing]) / (y[crossing + 1] - y[crossing])
     at = x[crossing] + part * (x[crossing + 1] - x[crossing])
-    return np.insert(x, crossing + 1, at), np.insert(y, crossing + 1, level)
-
-
-def _draw_forces(ax: Axes, forces: Forces, alpha: float) -> None:
-    scaled = f" (arrows × {forces.magnified:g})" if forces.magnified != 1.0 else ""
-    _quiver(ax, forces.pressure, "pressure", f"pressure $p${scaled}", style.PRESSURE, visible=alpha != 0.0)
-    _quiver(ax, forces.adhesion, "adhesion", r"adhesion $T_0\,\tau(y/y_0)$", style.ADHESION)
-    _quiver(ax, forces.repulsion, "repulsion", "repulsion, not physical", style.WARNING, hollow=True)
-
-
-def _quiver(
-    ax: Axes,
-    arrows: Arrows,
-    gid: str,
-    label: str,
-    colour: str,
-    *,
-    hollow: bool = False,
-    visible: bool = True,
-) -> None:
-    if not arrows.x.size or not visible:
-        return
-    drawn = ax.quiver(
-        arrows.x,
-        arrows.y,
-        arrows.u,
-        arrows.v,
-        angles="xy",
-        scale_units="xy",
-        scale=1.0,
-        facecolor="white" if hollow else colour,
-        edgecolor=colour,
-        linewidth=0.8 if hollow else 0.0,
-        path_effects=[withStroke(linewidth=2.4, foreground="white")] if hollow else None,
-        zorder=5 if hollow else 3,
-        **style.ARROW,
-    )
-    drawn.set_gid(gid)
-    # A quiver has no entry of its own in a legend.
-    ax.add_line(
-        Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker=r"$\Rightarrow$" if hollow else r"$\rightarrow$",
-            markersize=13.0,
-            markeredgewidth=0.2,
-            color=colour,
-            label=label,
-        )
+    x, y = np.insert(x, crossing + 1, at), np.insert(y, crossing + 1, limit)
+    return (
+        Line("rod", np.where(y <= limit, x, np.nan), y),
+        Line("rod-beyond-y0", np.where(y >= limit, x, np.nan), y, "$y > y_0$", "$y > y_0$, out of range"),
     )
 
 
-def _caption(ax: Axes, eq: Equilibrium) -> None:
-    """Put the numbers above the picture, and under them in another colour what to beware of."""
-    warnings = warnings_of(eq.flags)
-    line = 1.35 * style.SMALL
-    ax.set_title(title(eq), loc="left", fontsize=style.SMALL, pad=6.0 + line * len(warnings))
-    if warnings:
-        note = ax.annotate(
-            "\n".join(warnings),
-            xy=(0.0, 1.0),
-            xycoords="axes fraction",
-            xytext=(0.0, 5.0),
-            textcoords="offset points",
-            va="bottom",
-            fontsize=style.SMALL,
-            color=style.WARNING,
-        )
-        note.set_gid("flags")
+def _arrows(force: Forces, look: str, label: str, full: str) -> Arrows:
+    return Arrows(look, force.x, force.y, force.x + force.u, force.y + force.v, label, full)

@@ -17,6 +17,27 @@ PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M
 SYMBOLS = {"lambda": r"\lambda", "alpha1": r"\alpha_1", "eta": r"\eta", "y0": "y_0"}
 _FORMULA = re.compile(r"\b(?:lambda|eta/y0|(?:alpha1|y|p) [<>=] \w+)")
 
+#: What a pen without mathematics writes in place of it, in this order.
+_PLAIN = (
+    (r"\bar s", "s̄"),
+    (r"\lambda", "λ"),
+    (r"\alpha", "α"),
+    (r"\beta", "β"),
+    (r"\eta", "η"),
+    (r"\theta", "θ"),
+    (r"\tau", "τ"),
+    (r"\pi", "π"),
+    (r"\times", "×"),
+    (r"\,", " "),
+    (r"^\circ", "°"),
+    ("^4", "⁴"),
+    ("_e", "ₑ"),
+    (" - ", " − "),
+    *((f"_{digit}", "₀₁₂₃₄₅₆₇₈₉"[digit]) for digit in range(10)),
+    ("$", ""),
+    ("\n", ", "),
+)
+
 ANSWERS = {"pressure_ratio": "$p/T_0$", "length_ratio": r"$\bar s/\eta$", "alpha1": r"$\alpha_1$"}
 
 
@@ -119,3 +140,10 @@ def typeset(words: str) -> str:
         return f"${text}$"
 
     return _FORMULA.sub(formula, words)
+
+
+def plain(label: str) -> str:
+    """Return a label in letters, for a pen that sets no mathematics."""
+    for written, shown in _PLAIN:
+        label = label.replace(written, shown)
+    return label

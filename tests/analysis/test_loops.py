@@ -267,7 +267,10 @@ def test_the_area_of_a_rod_is_known_to_its_error(ratio: float, area: float) -> N
 def test_loops_are_drawn_with_their_jumps(loop, rod_loop) -> None:
     ax = Figure().subplots()
     assert loop.plot(ax) is ax
-    assert len(ax.texts) == 2
+    heads = [line for line in ax.lines if str(line.get_gid()).startswith("mark:")]
+    assert [line.get_xdata()[0] for line in heads] == [jump.lam for jump in loop.jumps]
+    for line, jump in zip(heads, loop.jumps, strict=True):
+        assert min(jump.before, jump.after) < line.get_ydata()[0] < max(jump.before, jump.after)
     for picture in (loop.plot(), rod_loop.plot(), po.hysteresis(beta0=0.0).plot()):
         assert isinstance(picture, Axes)
         picture.figure.canvas.draw()

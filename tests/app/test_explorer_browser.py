@@ -174,7 +174,8 @@ def foreign(browser: Any) -> list[str]:
         url
         for url in asked
         # An empty tab shows a page that is part of Chromium.
-        if urlsplit(url).scheme not in ("data", "blob", "chrome") and urlsplit(url).hostname != "127.0.0.1"
+        if urlsplit(url).scheme not in ("data", "blob", "chrome", "chrome-untrusted")
+        and urlsplit(url).hostname != "127.0.0.1"
     ]
 
 

@@ -58,7 +58,7 @@ def test_relatives_hold_the_state_itself_once() -> None:
 
 def test_places_run_along_the_branch_and_have_the_answers_of_the_package() -> None:
     state = START.changed(accuracy="standard")
-    _, found = places(state, 10)
+    found = places(state, 10)
     assert 6 <= len(found) <= 10
     alpha1 = np.array([p.y for p in found])
     assert (np.diff(alpha1) < 0.0).all()
@@ -72,7 +72,7 @@ def test_places_run_along_the_branch_and_have_the_answers_of_the_package() -> No
 
 
 def test_a_place_whose_answer_lies_elsewhere_is_left_out() -> None:
-    _, found = places(START.changed(accuracy="standard"), 6)
+    found = places(START.changed(accuracy="standard"), 6)
     wrong = precomputed.Place(found[-1].state, found[-1].x, found[0].y)
     assert solved(found[-1]) is not None
     assert solved(wrong) is None
@@ -106,7 +106,7 @@ def test_a_state_that_is_not_on_the_branch_is_said(tmp_path: Path, state: State)
 
 def test_a_rod_has_places_from_t_to_contact_and_its_own_state_among_them() -> None:
     state = FLAP.changed(accuracy="standard")
-    _, found = places(state, 7)
+    found = places(state, 7)
     assert [p.state.given for p in found] == ["pressure"] * len(found)
     assert {p.state.label for p in found} == {"middle", "lower", "folded"}
     found, at, shown = precomputed.with_own(found, state)
@@ -222,7 +222,7 @@ def test_an_exported_page_works_without_any_network(browser: Any, page: Path) ->
         live.wait(lambda: not live.nameless(browser))
         assert {"place along the branch", "bifurcation diagram"} <= {n["name"] for n in live.heard(browser)}
         before = [live.dot(browser, name) for name in ("diagram", "potential", "loop")]
-        rod = "return Array.from(model('rod').renderers[0].data_source.data.y).slice(0, 5)"
+        rod = "return Array.from(model('rod').renderers[1].data_source.data.y).slice(0, 5)"
         shape = live.js(browser, rod)
         last = live.js(browser, "const s = model('place'); s.value = s.end; return s.end")
         assert last > 6
@@ -266,7 +266,11 @@ def test_an_exported_page_works_without_any_network(browser: Any, page: Path) ->
             if message["method"] in ("Network.requestWillBeSent", "Network.webSocketCreated"):
                 asked.append(message["params"].get("url") or message["params"]["request"]["url"])
         assert page.as_uri() in asked
-        assert not [url for url in asked if url.split(":")[0] not in ("file", "data", "blob", "chrome")]
+        assert not [
+            url
+            for url in asked
+            if url.split(":")[0] not in ("file", "data", "blob", "chrome", "chrome-untrusted")
+        ]
     finally:
         browser.execute_cdp_cmd(
             "Network.emulateNetworkConditions",

@@ -15,12 +15,12 @@ from scipy.interpolate import CubicHermiteSpline
 
 import peel_opt as po
 from peel_opt.analysis.maxwell import TURN
+from peel_opt.analysis.pressure_loop import PressureLoop
 from peel_opt.app.cards import load_card
 from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
-from peel_opt.app.explorer.diagram_panel import is_drawn, units
-from peel_opt.app.explorer.potential_panel import landscape
+from peel_opt.app.explorer.landscape import landscape
 from peel_opt.app.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
 from peel_opt.app.explorer.screen import full_scene, live_scene
 from peel_opt.app.explorer.state import CHOICES, State
@@ -161,13 +161,14 @@ def test_switching_units_keeps_the_state_without_units() -> None:
 
 def test_quick_walks_know_how_far_they_are_from_the_trace() -> None:
     rod = po.Rod.from_ratio(1.0)
-    _, quick = quick_rod(COHESIVE, 1.0, math.inf)
+    _, quick = quick_rod(COHESIVE, rod, math.inf)
     exact = po.trace(rod, points=40, tol=1e-8)
     assert quick.ended == "contact"
-    assert [s.kind for s in quick.specials] == ["BP", "LP-length", "LP-pressure", "LP-length", "contact"]
-    for special in quick.specials:
+    specials = quick.branch.special_points
+    assert [s.kind for s in specials] == ["BP", "LP-length", "LP-pressure", "LP-length", "contact"]
+    for special in specials:
         theirs = exact.special(special.kind)
-        nearest = min(abs(p.pressure_ratio - quick.pressure_ratio[special.row]) for p in theirs)
+        nearest = min(abs(p.pressure_ratio - special.pressure_ratio) for p in theirs)
         assert nearest < 2e-3
 
 
@@ -195,7 +196,7 @@ def distance(walk: QuickBranch) -> float:
 )
 def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any, given: Any) -> None:
     if "ratio" in given:
-        walk, curve = quick_rod(law, given["ratio"], math.inf)
+        walk, curve = quick_rod(law, po.Rod.from_ratio(given["ratio"]), math.inf)
         walks = [walk]
     else:
         both, curve = quick_groups(law, given["beta0"], window(given["beta0"]), math.inf)
@@ -225,11 +226,12 @@ def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(sta
 
 
 def test_a_quick_walk_stops_in_time_and_goes_on_later() -> None:
-    _, first = quick_rod(COHESIVE, 0.8125, 0.0)
+    rod = po.Rod.from_ratio(0.8125)
+    _, first = quick_rod(COHESIVE, rod, 0.0)
     assert first.ended == ""
-    _, second = quick_rod(COHESIVE, 0.8125, math.inf)
+    _, second = quick_rod(COHESIVE, rod, math.inf)
     assert second.ended == "contact"
-    assert len(second.lam) > len(first.lam)
+    assert len(second.branch) > len(first.branch)
 
 
 @pytest.mark.parametrize("beta0", [0.0, 4.0, 60.0])
@@ -237,7 +239,7 @@ def test_quick_diagrams_cover_their_window(beta0: float) -> None:
     span = window(beta0)
     _, curve = quick_groups(LINEAR, beta0, span, math.inf)
     assert curve.ended == "window"
-    assert curve.lam.max() >= span[1]
+    assert curve.branch.lam.max() >= span[1]
     assert (curve.special("LP-lambda") is None) == (beta0 in (0.0, 60.0))
 
 
@@ -249,12 +251,12 @@ def test_the_four_panels_show_one_state() -> None:
     eq = po.equilibrium(beta0=4.0, lam=State().lam)
     assert scene.diagram.here == pytest.approx((eq.lam, eq.alpha1), rel=1e-7)
     assert scene.potential is not None
-    assert scene.potential.ball is not None
-    assert scene.potential.ball[0] == pytest.approx(eq.alpha1, rel=1e-7)
+    assert scene.potential.here is not None
+    assert scene.potential.here[0] == pytest.approx(eq.alpha1, rel=1e-7)
     assert scene.loop is not None
     assert scene.loop.here == scene.diagram.here
     assert scene.rod is not None
-    (line, *_) = scene.rod.lines
+    (line,) = [line for line in scene.rod.lines if line.look == "rod"]
     assert line.y[0] == pytest.approx(eq.tip_height, rel=1e-9)
     assert {m.letter for m in scene.diagram.marks} >= {"T", "F"}
     assert {mark.look for mark in scene.potential.marks} == {"fold", "maxwell", "delay"}
@@ -270,12 +272,12 @@ def test_the_loop_is_that_of_the_library(convention: Any) -> None:
     assert scene.loop is not None
     jumps = {mark.look: mark.x for mark in scene.loop.marks}
     assert sorted(jumps.values()) == pytest.approx(sorted(j.lam for j in loop.jumps), abs=1e-6)
-    area = float(scene.loop.area.split()[-1])
+    area = float(scene.headings["loop"].split()[-1])
     assert area == pytest.approx(loop.area, rel=2e-4, abs=1e-9)
 
 
 def test_a_frame_of_the_sweep_is_a_state_of_the_loop() -> None:
-    loop = live_scene(State()).loop
+    loop = live_scene(State()).sweep
     assert loop is not None
     detached = [f for f in loop.frames if f.label == "lower"]
     assert len(detached) > 20
@@ -290,9 +292,12 @@ def test_a_rod_under_pressure_has_its_own_loop() -> None:
     assert scene.loop is not None
     p_min = next(m.x for m in scene.loop.marks if m.look == "readheres-down")
     assert p_min == pytest.approx(0.121837041, abs=1e-4)
-    assert scene.loop.swept == "pressure"
-    assert all(f.label in ("adhered", "folded") for f in scene.loop.frames)
-    assert "delay convention only" in live_scene(PRESSED.changed(convention="maxwell"), budget=10.0).loop.note  # type: ignore[union-attr]
+    assert scene.sweep is not None
+    assert isinstance(scene.sweep.loop, PressureLoop)
+    assert all(f.label in ("adhered", "folded") for f in scene.sweep.frames)
+    other = live_scene(PRESSED.changed(convention="maxwell"), budget=10.0).sweep
+    assert other is not None
+    assert "delay convention only" in other.note
 
 
 @pytest.mark.parametrize("picture", [live_scene, full_scene])
@@ -348,14 +353,14 @@ def test_lower_accuracies_have_larger_errors_and_say_so() -> None:
 
 
 def test_a_click_finds_the_place_on_the_branch() -> None:
-    diagram = live_scene(ROD, budget=10.0).diagram
-    spot = diagram.nearest_spot(5.0, 0.7)
-    assert spot is not None
-    assert spot.label == "folded"
-    eq = full_answer(ROD.changed(length=spot.value, label=spot.label, near=spot.near)).equilibrium
+    scene = live_scene(ROD, budget=10.0)
+    state = moves.picked(scene, 5.0, 0.7)
+    assert state is not None
+    assert state.label == "folded"
+    eq = full_answer(state).equilibrium
     assert eq is not None
-    assert eq.pressure_ratio == pytest.approx(spot.near, abs=0.02)
-    assert diagram.nearest_spot(math.nan, 0.0) is None
+    assert eq.pressure_ratio == pytest.approx(state.near, abs=0.02)
+    assert moves.picked(scene, math.nan, 0.0) is None
 
 
 def test_csv_holds_what_is_drawn_with_units() -> None:
@@ -371,7 +376,7 @@ def test_csv_holds_what_is_drawn_with_units() -> None:
     assert here["x_quantity"] == "detached length s̄ [mm]"
     assert here["y_quantity"] == "pressure p [kPa]"
     rod = [row for row in table if (row["panel"], row["series"]) == ("rod", "rod")]
-    assert rod[0]["y_quantity"].startswith("y [mm]")
+    assert rod[0]["y_quantity"] == "y [mm]"
     (link,) = [line for line in text.splitlines() if line.startswith("# link: ")]
     assert State.from_query(link.removeprefix("# link: ")) == (state, ())
 
@@ -402,15 +407,14 @@ def test_a_potential_that_misses_the_state_is_not_shown_and_the_state_is_on_a_br
     assert "misses the state by 0.95" in scene.no_potential
     assert "42 is above 37.55" in scene.no_potential
     assert scene.diagram.here is not None
-    assert is_drawn(scene.diagram, scene.diagram.here)
+    assert scene.diagram.distance(scene.diagram.here) < 0.025 < scene.off_branch
     assert "own branch" in [line.label for line in scene.diagram.lines]
     assert any("not on the branch that leaves T. Its own is dotted" in said for said in scene.warnings)
     quick = live_scene(State(beta0=42.0, lam=-20.0), budget=10.0)
     assert any("drawn when the slider rests" in warning for warning in quick.warnings)
     shown = full_scene(State())
     assert shown.potential is not None
-    assert shown.diagram.here is not None
-    assert is_drawn(shown.diagram, shown.diagram.here)
+    assert shown.off_branch < 1e-3
     assert not shown.warnings
 
 
@@ -439,7 +443,7 @@ def test_another_question_is_asked_about_the_same_state(state: State, given: str
 
 def test_a_bare_number_is_in_the_unit_of_its_label() -> None:
     rod = SI.changed(given="pressure")
-    assert "[kPa]" in units(rod)[3]
+    assert moves.units(po.Rod(SI.k, SI.T0, SI.y0))[1].axis("p") == "$p$ [kPa]"
     assert moves.typed(rod, "pressure", "30").pressure == pytest.approx(30e3)
     assert moves.typed(rod, "pressure", "30 Pa").pressure == 30.0
     assert moves.typed(SI, "length", "1.9").length == pytest.approx(1.9e-3)

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 import peel_opt as po
 from peel_opt.plots import plot_branch, save_figure
-from peel_opt.plots.diagram import DASHES, LABELS, SPURIOUS
+from peel_opt.plots.diagram import AT_LENGTH, LABELS, diagram_panel
+from peel_opt.plots.style import DASHED, SPURIOUS
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,9 @@ def rod_branch():
 
 
 def lines(ax, gid):
-    return [line for line in ax.lines if line.get_gid() == gid]
+    """Lines of a look; "branch" is all of the detached ones, "spurious" all that are."""
+    looks = {"branch": ("branch", "stable", "unstable", "unknown")}.get(gid, (gid,))
+    return [line for line in ax.lines if str(line.get_gid()).removesuffix("-unstable") in looks]
 
 
 def letters(ax):
@@ -43,7 +46,7 @@ def drawn(ax, gid):
 
 def test_at_fixed_beta0_lambda_and_alpha1_with_the_straight_rod(fixed):
     ax = plot_branch(fixed)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\lambda$", r"$\alpha_1$")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\lambda$", r"extra pressure $\alpha_1$")
     (straight,) = lines(ax, "straight")
     np.testing.assert_array_equal(straight.get_ydata(), 0.0)
     assert straight.get_xdata()[[0, -1]].tolist() == [-1.0, 3.0]
@@ -78,12 +81,15 @@ def test_special_points_have_a_marker_a_letter_and_a_line_in_the_legend(fixed, r
 
 def test_a_rod_is_drawn_in_its_units(rod_branch):
     ax = plot_branch(rod_branch)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\bar s$ [mm]", "$p$ [kPa]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"detached length $\bar s$ [mm]", "pressure $p$ [kPa]")
     np.testing.assert_allclose(
         np.concatenate([line.get_ydata() for line in lines(ax, "branch")]), rod_branch.pressure / 1e3
     )
     by_ratio = plot_branch(replace(rod_branch, rod=po.Rod.from_ratio(rod_branch.rod.ratio)))
-    assert (by_ratio.get_xlabel(), by_ratio.get_ylabel()) == (r"$\bar s/\eta$", "$p/T_0$")
+    assert (by_ratio.get_xlabel(), by_ratio.get_ylabel()) == (
+        r"detached length $\bar s/\eta$",
+        "pressure $p/T_0$",
+    )
 
 
 def test_stability_is_solid_or_dashed_where_it_is_known(fixed):
@@ -98,7 +104,21 @@ def test_stability_is_solid_or_dashed_where_it_is_known(fixed):
     # Both reach the fold, where stability changes.
     assert unstable.get_xdata()[-1] == stable.get_xdata()[0] == fixed.lam[fold]
     assert {"detached, stable at fixed $p$", "detached, unstable at fixed $p$"} < set(legend(ax))
-    assert DASHES[1][0] > DASHES[1][1]
+    assert DASHED[0] > DASHED[1]
+
+
+def test_a_page_may_read_stability_at_fixed_length(fixed):
+    known = [{"lower": True, "middle": False}.get(label) for label in fixed.state.tolist()]
+    panel = diagram_panel(fixed, stable=known, reading=AT_LENGTH)
+    by_look = {
+        look: [line for line in panel.lines if line.look == look] for look in {k.look for k in panel.lines}
+    }
+    assert by_look.keys() == {"straight", "straight-unstable", "spurious", "unstable", "stable"}
+    (stable,) = by_look["stable"]
+    fold = fixed.special("LP-lambda")[0]
+    assert stable.y.max() == fold.alpha1
+    assert by_look["straight"][0].x.max() == by_look["straight-unstable"][0].x.min() == 0.0
+    assert by_look["straight"][0].label == "straight rod"
 
 
 def test_the_picture_does_not_depend_on_the_direction(fixed, rod_branch):

@@ -102,7 +102,7 @@ def test_the_place_of_a_picture_is_made_before_the_work(tmp_path):
 
 def artist(ax: Axes, gid: str):
     """Return the artist of a name, None if it is not there."""
-    found = [a for a in ax.get_children() if a.get_gid() == gid]
+    found = [a for a in ax.get_children() if str(a.get_gid()).removeprefix("mark:") == gid]
     assert len(found) <= 1
     return found[0] if found else None
 
@@ -305,7 +305,7 @@ def test_nothing_to_draw() -> None:
 def test_a_family_shares_plate_and_unit() -> None:
     family = [shape("within"), shape("beyond"), shape("folded")]
     ax = plot_family(family)
-    rods = [a for a in ax.get_children() if a.get_gid() == "rod"]
+    rods = [a for a in ax.get_children() if a.get_gid() == "family"]
     assert [line.get_xdata()[0] for line in rods] == pytest.approx([eq.x[0] for eq in family])
     assert (
         len(

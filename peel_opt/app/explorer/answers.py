@@ -19,6 +19,7 @@ from ...equilibria.methods import Method, answer
 from ...equilibria.posed import Posed
 from ...equilibria.result import Equilibrium
 from ...model.labels import fits
+from ...model.rod import Rod
 from ...residual.closures import Closure
 from ...residual.discretisation import Profile
 from ...residual.shape import Solution
@@ -186,7 +187,7 @@ def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equ
     """Pick the state on the walks and solve for it."""
     law, ask = law_of(state), _ask(state)
     if state.rod is None and ask.target.kind == "length":
-        walks = (quick_rod(law, state.effective_ratio, deadline)[0],)
+        walks = (quick_rod(law, Rod.from_ratio(state.effective_ratio), deadline)[0],)
         if state.label == "spurious" or (ask.near is not None and ask.near > 0.0):
             beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(ask.target)
             beyond.extend(lambda _: goal.passed(beyond) or time.perf_counter() > deadline)

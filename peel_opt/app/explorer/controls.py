@@ -21,10 +21,11 @@ from bokeh.models import (
 )
 
 from ...base.units import display
+from ...plots.diagram import WORDS as WORDS_OF
+from ...plots.words import plain
 from . import look
 from .curves import Curve
-from .diagram_panel import units
-from .moves import SI_UNITS, span
+from .moves import SI_UNITS, span, units
 from .state import CHOICES, State
 
 #: What the buttons of each choice say.
@@ -129,7 +130,7 @@ class Controls:
         on_text: Callable[[str, str], None],
     ) -> None:
         self._quiet = False
-        self._length_unit = self._pressure_unit = 1.0
+        self._units: dict[str, float] = {}
         self.groups: dict[str, RadioButtonGroup] = {}
         boxes: dict[str, Column] = {}
         for field, labels in WORDS.items():
@@ -237,7 +238,7 @@ class Controls:
     ) -> Callable[..., None]:
         def changed(_attribute: str, _old: float, _new: float) -> None:
             if not self._quiet:
-                unit = {"length": self._length_unit, "pressure": self._pressure_unit}.get(number.name, 1.0)
+                unit = self._units.get(number.name, 1.0)
                 on_slider(number.name, number.read() * unit, rested)
 
         return changed
@@ -284,17 +285,17 @@ class Controls:
             return
         if not in_si:
             self.numbers["ratio"].show(state.ratio, *span(state, "ratio", curve), f"{state.ratio:.7g}")
-        self._length_unit, across, self._pressure_unit, up = units(state)
-        low, high = span(state, "length", curve)
-        unit = self._length_unit
-        text = display(state.length, "m") if in_si else f"{state.length:.7g}"
-        title = across if in_si else "detached length s̄/η"
-        self.numbers["length"].show(state.length / unit, low / unit, high / unit, text, title)
-        low, high = span(state, "pressure", curve)
-        unit = self._pressure_unit
-        text = display(state.pressure, "Pa") if in_si else f"{state.pressure:.7g}"
-        title = up if in_si else "pressure p/T₀"
-        self.numbers["pressure"].show(state.pressure / unit, low / unit, high / unit, text, title)
+        rod = state.rod
+        assert rod is not None  # it has a length and a pressure
+        for name, unit, symbol, quantity in zip(
+            ("length", "pressure"), units(rod), (r"\bar s", "p"), ("m", "Pa"), strict=True
+        ):
+            value = getattr(state, name)
+            low, high = (end / unit.size for end in span(state, name, curve))
+            self._units[name] = unit.size
+            text = display(value, quantity) if in_si else f"{value:.7g}"
+            title = plain(f"{WORDS_OF[name]} {unit.axis(symbol)}")
+            self.numbers[name].show(value / unit.size, low, high, text, title)
 
 
 def _heading(text: str) -> Any:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-
-import numpy as np
 
 from ...base.errors import PeelOptError
 from ...continuation.points import Point
 from ...equilibria.branch import Branch
+from ...equilibria.branch_parts import SpecialPoint
 from ...equilibria.follow import follow
 from ...equilibria.result import Equilibrium
 from ...equilibria.trace import trace
@@ -35,65 +34,41 @@ TRACED: dict[str, tuple[int, float] | None] = {
 }
 
 
-@dataclass(frozen=True)
-class Special:
-    """A special point: kind as in `peel_opt.SpecialPoint`, and its row in the curve."""
-
-    kind: str
-    status: str
-    row: int
-
-
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A branch to draw; arrays have shape (n,) and run along it.
+    """A branch to draw, and what it comes from.
 
     Parameters
     ----------
-    hold : {"ratio", "beta0"}
-    held : float
-    law : str
-    lam, alpha1, pressure_ratio, length_ratio : ndarray
-        Those over T0, eta and y0 are NaN at beta0 = 0.
-    state : ndarray of str
-    index : ndarray or None
-        Unstable directions at fixed pressure, where computed; -1 where not.
-    specials : tuple of Special
-    ended : str
-        "" where a quick walk has more to come.
+    branch : Branch
+        Traced, or between the points of a quick walk, ``ended`` being "" where that has more to come.
     method : str
-    error : float
-        Largest distance from the exact branch, in the metric of the arclength; a quick walk's is
-        estimated from above, by what leaving out one of its points changes.
     seconds : float
-    origin : Branch or tuple of Point
-        The solved states that it is drawn through.
+    walk : tuple of Point
+        The solved states of a quick walk; empty where the branch was traced.
     """
 
-    hold: str
-    held: float
-    law: str
-    lam: np.ndarray
-    alpha1: np.ndarray
-    pressure_ratio: np.ndarray
-    length_ratio: np.ndarray
-    state: np.ndarray
-    index: np.ndarray | None
-    specials: tuple[Special, ...]
-    ended: str
+    branch: Branch
     method: str
-    error: float
     seconds: float
-    origin: Branch | tuple[Point, ...] = ()
+    walk: tuple[Point, ...] = ()
 
     @property
-    def beta0(self) -> np.ndarray:
-        """(sbar/eta)^3."""
-        return self.length_ratio**3
+    def error(self) -> float:
+        """Largest distance from the exact branch, in the metric of the arclength.
 
-    def special(self, kind: str) -> Special | None:
+        A quick walk's is estimated from above, by what leaving out one of its points changes.
+        """
+        return float(self.branch.error.max())
+
+    @property
+    def ended(self) -> str:
+        """Why it stopped; "" where a quick walk has more to come."""
+        return self.branch.ended
+
+    def special(self, kind: str) -> SpecialPoint | None:
         """The first special point of a kind."""
-        return next((s for s in self.specials if s.kind == kind), None)
+        return next(iter(self.branch.special(kind)), None)
 
 
 def law_of(state: State) -> CohesiveLaw:
@@ -118,7 +93,8 @@ def traced(state: State) -> Curve | None:
     if state.given == "groups":
         span = window(state.beta0, state.lam)
         return _traced("beta0", state.beta0, state.law, span, *options)
-    return _traced("ratio", state.effective_ratio, state.law, None, *options)
+    known = _traced("ratio", state.effective_ratio, state.law, None, *options)
+    return replace(known, branch=replace(known.branch, rod=state.rod))
 
 
 def own_branch(state: State, eq: Equilibrium) -> tuple[Branch, ...]:
@@ -151,24 +127,4 @@ def _traced(
     else:
         assert span is not None
         branch = trace(beta0=held, lam=span, law=law, points=points, tol=tol)
-    return _of_branch(branch, held, time.perf_counter() - began)
-
-
-def _of_branch(branch: Branch, held: float, seconds: float) -> Curve:
-    return Curve(
-        hold=branch.hold,
-        held=held,
-        law=branch.law,
-        lam=branch.lam,
-        alpha1=branch.alpha1,
-        pressure_ratio=branch.pressure_ratio,
-        length_ratio=branch.length_ratio,
-        state=branch.state,
-        index=None if branch.unstable is None else branch.unstable.astype(int),
-        specials=tuple(Special(p.kind, p.status, p.index) for p in branch.special_points),
-        ended=branch.ended,
-        method=f"trace of {len(branch)} points",
-        error=float(branch.error.max()),
-        seconds=seconds,
-        origin=branch,
-    )
+    return Curve(branch, f"trace of {len(branch)} points", time.perf_counter() - began)

@@ -125,7 +125,7 @@ def _page(problems: tuple[Relative, ...], points: int) -> str:
     page, tally = ExportPage(), Tally()
     planned: list[tuple[Relative, tuple[Place, ...], int]] = []
     for problem in problems:
-        found = places(problem.state, points)[1]
+        found = places(problem.state, points)
         start = 0
         if problem.asked:
             found, start, tally.own = with_own(found, problem.state)

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import html
+import json
+from typing import Any
 
+import numpy as np
 from bokeh.document import Document
 from bokeh.models import (
     Button,
     Column,
+    ColumnDataSource,
     CustomJS,
     Div,
     GlobalInlineStyleSheet,
     InlineStyleSheet,
+    Model,
     RadioButtonGroup,
     Row,
     Slider,
@@ -20,14 +25,31 @@ from bokeh.models import (
 
 from . import look
 from .downloads import picture
-from .four_panels import FourPanels
-from .playback import Recorder
+from .panels import FourPanels, Updates, apply
 from .screen import Scene
 from .spoken import spoken
 from .texts import notes, text_box
 
 #: Time from one picture to the next while it plays [ms].
 FRAME = 120
+
+#: Shows the picture whose number the player holds: copies the columns that differ from what is shown.
+_SHOW = """
+const {slots, rows, values, columns, state} =
+    (globalThis.peel_opt_pictures ??= {...JSON.parse(text), state: {shown: -1}})
+const column = (entry) => entry.length == 2
+    ? Array.from(new Float32Array(pool.buffer, pool.byteOffset + 4*entry[0], entry[1])) : entry[0]
+const n = player.data.number[0], before = rows[state.shown] ?? [], changes = new Map()
+rows[n].forEach((value, k) => {
+    if (value < 0 || value === before[k]) return
+    const [model, name] = slots[k], {table, plain} = values[value]
+    const found = table === undefined
+        ? plain : Object.fromEntries(Object.entries(table).map(([key, i]) => [key, column(columns[i])]))
+    changes.set(model, {...changes.get(model), [name]: found})
+})
+state.shown = n
+for (const [model, attributes] of changes) models[model].setv(attributes)
+"""
 
 #: Shows the place of the slider within the chosen problem.
 _MOVED = """
@@ -69,6 +91,61 @@ if (play.active) {
 """.replace("FRAME", str(FRAME))
 
 
+class Pictures:
+    """What each picture sets, on all models: a row of numbers of values that all pictures share."""
+
+    def __init__(self) -> None:
+        self._slots: dict[tuple[Model, str], int] = {}
+        self._values: dict[str, int] = {}
+        self._columns: dict[bytes, int] = {}
+        self._stored: list[list[Any]] = []
+        self._pool = bytearray()
+        self._rows: list[dict[int, int]] = []
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def take(self, updates: Updates) -> None:
+        """Take down a picture."""
+        row = {}
+        for model, attributes in updates:
+            for name, value in attributes.items():
+                entry: dict[str, Any] = {"plain": value}
+                if name == "data":
+                    entry = {"table": {key: self._column(value[key]) for key in value}}
+                number = self._values.setdefault(json.dumps(entry, allow_nan=False), len(self._values))
+                row[self._slots.setdefault((model, name), len(self._slots))] = number
+        self._rows.append(row)
+
+    def _column(self, column: Any) -> int:
+        """Return the number of a column; numbers go to the pool with the digits of single precision."""
+        values = np.asarray(column)
+        words = len(values) > 0 and values.dtype.kind not in "fiu"
+        single = b"" if words else values.astype("<f4").tobytes()
+        key = repr(list(column)).encode() if words else b"f" + single
+        if key not in self._columns:
+            self._columns[key] = len(self._stored)
+            self._stored.append([list(column)] if words else [len(self._pool) // 4, len(single) // 4])
+            self._pool += single
+        return self._columns[key]
+
+    def player(self) -> ColumnDataSource:
+        """Return a source that shows the picture whose number is put into its column "number"."""
+        models = list(dict.fromkeys(model for model, _ in self._slots))
+        store = {
+            "slots": [[models.index(model), name] for model, name in self._slots],
+            "rows": [[row.get(k, -1) for k in range(len(self._slots))] for row in self._rows],
+            "values": [json.loads(text) for text in self._values],
+            "columns": self._stored,
+        }
+        # As one text: Bokeh would wrap every dictionary in it.
+        text = json.dumps(store, separators=(",", ":"), ensure_ascii=False)
+        source = ColumnDataSource({"number": [0]}, name="player")
+        args = {"models": models, "text": text, "pool": np.frombuffer(bytes(self._pool), "<f4")}
+        source.js_on_change("data", CustomJS(args={**args, "player": source}, code=_SHOW))
+        return source
+
+
 class ExportPage:
     """A page that is filled picture by picture and then finished."""
 
@@ -76,8 +153,7 @@ class ExportPage:
         self.panels = FourPanels()
         self.notes = text_box("notes", "status", self.panels.width)
         self.trust = text_box("trust", "status", look.SIDE - 8)
-        figures = [panel.figure for panel in self.panels.all]
-        self.recorder = Recorder([*figures, self.panels.headline, self.notes, self.trust])
+        self.pictures = Pictures()
         self._spans: list[tuple[int, int]] = []
         self._names: list[str] = []
         self._places: list[tuple[float, float]] = []
@@ -85,19 +161,22 @@ class ExportPage:
         self._scenes: dict[int, Scene] = {}
 
     def take(self, scene: Scene) -> int:
-        """Show a scene that has an answer, take it down, and return its number."""
-        self._draw(scene)
+        """Take down a scene that has an answer, and return its number."""
+        updates = self._updates(scene)
+        # Ranges are kept from one picture to the next.
+        apply(updates)
         here = scene.diagram.here
         assert here is not None
         self._places.append(here)
-        number = self.recorder.take()
+        self.pictures.take(updates)
+        number = len(self.pictures) - 1
         self._scenes[number] = scene
         return number
 
     def close(self, name: str, start: int | None) -> None:
         """End a problem; the page opens at picture ``start`` of the one that has it."""
         first = sum(count for _, count in self._spans)
-        count = len(self.recorder) - first
+        count = len(self.pictures) - first
         if count:
             self._spans.append((first, count))
             self._names.append(name)
@@ -106,23 +185,26 @@ class ExportPage:
                 self._start = len(self._spans) - 1, at - first, self._scenes[at]
         self._scenes.clear()
 
-    def _draw(self, scene: Scene) -> None:
-        self.panels.show(scene)
-        self.notes.text = notes(scene, ())
+    def _updates(self, scene: Scene) -> Updates:
         rows = "".join(
             f'<tr><td style="vertical-align:top; padding-right:8px">{html.escape(part.name)}</td>'
             f"<td>{html.escape(part.error)}, {html.escape(part.method)}</td></tr>"
             for part in scene.parts
         )
-        self.trust.text = f'<b>Error of this picture</b><table style="border-spacing:0 2px">{rows}</table>'
+        trust = f'<b>Error of this picture</b><table style="border-spacing:0 2px">{rows}</table>'
+        return [
+            *self.panels.updates(scene),
+            (self.notes, {"text": notes(scene, ())}),
+            (self.trust, {"text": trust}),
+        ]
 
     def finish(self, choice: str, caption: str) -> Document:
         """Return the document; ``choice`` names what the buttons choose."""
         assert self._start is not None
         problem, at, scene = self._start
-        self._draw(scene)
+        apply(self._updates(scene))
         count = self._spans[problem][1]
-        player = self.recorder.player()
+        player = self.pictures.player()
         style = InlineStyleSheet(css=look.WIDGETS)
         slider = Slider(
             start=1,

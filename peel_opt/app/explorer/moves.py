@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
+
+from ...analysis.pressure_loop import PressureLoop
 from ...equilibria.result import Equilibrium
 from ...model.labels import UNFOLDED
 from ...model.rod import RATIOS, Rod
+from ...plots.diagram import coordinates
+from ...plots.words import AxisUnit, length_unit, pressure_unit
 from .curves import Curve, window
-from .diagram_panel import units
-from .panels import Frame, LoopPanel, Spot
+from .loops import Frame, Sweep
+from .screen import Scene
 from .state import CHOICES, State
 
 #: Units of the numbers of a rod.
@@ -59,8 +65,8 @@ def typed(state: State, field: str, text: str) -> State:
     if state.units == "SI" and field in SI_UNITS:
         return state.typed(field, f"{text} {SI_UNITS[field]}")
     if state.units == "SI" and field in ("length", "pressure"):
-        length, _, pressure, _ = units(state)
-        return state.changed(**{field: value * (length if field == "length" else pressure)})
+        length, pressure = units(Rod(state.k, state.T0, state.y0))
+        return state.changed(**{field: value * (length if field == "length" else pressure).size})
     return state.typed(field, text)
 
 
@@ -75,17 +81,35 @@ def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> Stat
     return state.changed(**{field: value, "near": near})
 
 
-def picked(state: State, spot: Spot) -> State:
-    """Return the state at a place of the diagram."""
-    near = None if spot.label == "adhered" else spot.near
-    return state.at(spot.value).changed(label=spot.label if spot.label != "other" else "unfolded", near=near)
+def picked(scene: Scene, x: float, y: float) -> State | None:
+    """Return the state of the branch nearest to a click on the diagram; None where there is none."""
+    if not (math.isfinite(x) and math.isfinite(y)):
+        return None
+    state, panel, branch = scene.state, scene.diagram, scene.curve.branch
+    # T itself is no detached state.
+    rows = np.flatnonzero(np.abs(branch.alpha1) > 1e-9 * (1.0 + branch.beta0))
+    if not len(rows):
+        return None
+    across, up = (column[rows] for column in coordinates(branch))
+    wide, high = panel.x.high - panel.x.low, panel.y.high - panel.y.low
+    row = int(rows[np.nanargmin(np.hypot((across - x) / wide, (up - y) / high))])
+    given, answer = {"groups": ("lam", "alpha1"), "length": ("length", "pressure")}.get(
+        state.given, ("pressure", "length")
+    )
+    value, near, label = getattr(branch, given)[row], getattr(branch, answer)[row], str(branch.state[row])
+    return state.at(float(value)).changed(label=label, near=float(near))
 
 
-def framed(state: State, loop: LoopPanel, frame: Frame) -> State:
+def framed(state: State, sweep: Sweep, frame: Frame) -> State:
     """Return the state of a moment of the sweep round a loop."""
-    if loop.swept == "pressure":
+    if isinstance(sweep.loop, PressureLoop):
         state = replace(state, given="pressure", near=None, label="unfolded")
     return state.at(frame.value).changed(label=frame.label, near=frame.near)
+
+
+def units(rod: Rod) -> tuple[AxisUnit, AxisUnit]:
+    """Units of length and pressure in which the numbers of a rod are shown and typed."""
+    return length_unit(rod, rod.critical_length), pressure_unit(rod, rod.adhesion_strength)
 
 
 def span(state: State, field: str, curve: Curve | None) -> tuple[float, float]:
@@ -106,7 +130,6 @@ def _span(state: State, field: str, curve: Curve | None) -> tuple[float, float]:
     assert rod is not None  # it has a length and a pressure
     if field == "pressure":
         return 0.0, rod.adhesion_strength
-    if curve is not None and curve.hold == "ratio" and curve.held == rod.ratio:
-        low, high = (rod.length(float(v)) for v in (curve.length_ratio.min(), curve.length_ratio.max()))
-        return 0.94 * low, 1.06 * high
+    if curve is not None and curve.branch.rod == rod:
+        return 0.94 * float(curve.branch.length.min()), 1.06 * float(curve.branch.length.max())
     return 0.5 * rod.critical_length, 2.0 * rod.critical_length

@@ -20,9 +20,9 @@ from . import look, moves
 from .controls import Controls
 from .curves import Curve
 from .downloads import address, outbox, picture
-from .four_panels import FourPanels
+from .loops import Frame
 from .pace import Pace
-from .panels import Frame
+from .panels import FourPanels, apply
 from .screen import Scene, full_scene, live_scene
 from .spoken import spoken
 from .state import State
@@ -125,9 +125,9 @@ class Page:
     def _tapped(self, event: Any) -> None:
         if event.x is None or event.y is None:
             return
-        spot = self.scene.diagram.nearest_spot(float(event.x), float(event.y))
-        if spot is not None:
-            self._try(lambda state: moves.picked(state, spot))
+        picked = moves.picked(self.scene, float(event.x), float(event.y))
+        if picked is not None:
+            self._try(lambda _: picked)
 
     def _to_nearest(self) -> None:
         nearest = self.scene.nearest
@@ -220,7 +220,7 @@ class Page:
         scene = self.scene
         self.doc.hold("combine")
         try:
-            self.panels.show(scene)
+            apply(self.panels.updates(scene))
             self.controls.play.disabled = scene.loop is None
             self.controls.nearest.visible = scene.nearest is not None
             self._say(self.messages)
@@ -243,10 +243,10 @@ class Page:
         if not new:
             self._stop()
             return
-        loop = self.scene.loop
-        if loop is None or self._sweep is not None:
+        sweep = self.scene.sweep
+        if sweep is None or self._sweep is not None:
             return
-        self._frames, self._frame = loop.frames, 0
+        self._frames, self._frame = sweep.frames, 0
         self.controls.play.label = "■ Stop"
         self._sweep = self.doc.add_periodic_callback(self._step, FRAME)
 
@@ -256,20 +256,20 @@ class Page:
         if self._frame >= len(self._frames):
             self._stop()
             return
-        frame, loop = self._frames[self._frame], self.scene.loop
+        frame, sweep = self._frames[self._frame], self.scene.sweep
         self._frame += 1
-        assert loop is not None  # the sweep goes round it
+        assert sweep is not None  # it is what is played
         try:
-            state = moves.framed(self.state, loop, frame)
+            state = moves.framed(self.state, sweep, frame)
         except PeelOptError:
             return  # outside what a state may be; the sweep goes on
         scene = live_scene(state, best=self.best)
         self.doc.hold("combine")
         try:
             if scene.rod is not None:  # otherwise the picture before stays for a moment
-                self.panels.show_moving(scene)
-                self.panels.diagram.place(scene.diagram.here)
-            self.panels.loop.place((frame.x, frame.y))
+                apply(self.panels.moving(scene))
+                apply(self.panels.diagram.place(scene.diagram.here))
+            apply(self.panels.loop.place((frame.x, frame.y)))
             self.pace.sent()
         finally:
             self.doc.unhold()

@@ -1,202 +1,432 @@
-"""The four panels as plain numbers and words, free of any drawing library."""
+"""The pen for the page: `Panel` as Bokeh figures.
+
+A pen says what it would set on which model, so that the page sets it and an exported page takes it down.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from bokeh.models import (
+    BasicTickFormatter,
+    BoxAnnotation,
+    ColumnDataSource,
+    GridBox,
+    HoverTool,
+    Label,
+    Legend,
+    LegendItem,
+    Model,
+    Range1d,
+    Span,
+)
+from bokeh.plotting import figure
+
+from ...plots import style
+from ...plots.panels import Arrows, Line, Mark, Panel
+from ...plots.words import plain
+from . import look
+from .screen import Scene
+from .texts import headline, text_box, wrapped
+
+#: What to set: models with their properties.
+Updates = list[tuple[Model, dict[str, Any]]]
+
+#: Pixels to a point.
+_PIXELS = 4.0 / 3.0
+
+#: From a named point to the middle of its letter [pixels].
+_LETTER_GAP = 13.0
+
+#: A range is kept while what it shows fills at least this share of it, so that pictures stand still.
+_STEADY = 0.72
+
+_MARKS = ("x", "y", "letter", "meaning", "colour", "face", "shape", "size", "dx", "dy")
+_ARROWS = ("x0", "y0", "x1", "y1", "angle")
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A label with its unit, and the range to show."""
-
-    label: str
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Line:
-    """A polyline of one look.
-
-    Parameters
-    ----------
-    look : str
-        Diagram: "stable", "unstable", "unknown" (stability not computed), "spurious", "straight",
-        "straight-unstable".  Potential: "current", "fold", "maxwell", "delay".  Loop: "up", "down",
-        "between" (not visited).  Rod: "rod", "beyond" (the law does not hold there).
-    x, y : ndarray, shape (n,)
-    label : str
-        For the legend; empty if another line speaks for it.
-    """
-
-    look: str
-    x: np.ndarray
-    y: np.ndarray
-    label: str = ""
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A named point: a letter at (x, y), and what it means in words.
-
-    Looks are the kinds of special points, "fold", "maxwell" and "delay" in the potential, and for
-    jumps "peels-up", "peels-down", "readheres-up" and "readheres-down", by where they point.
-    """
-
-    look: str
-    letter: str
-    x: float
-    y: float
-    meaning: str
-
-
-@dataclass(frozen=True)
-class Arrows:
-    """Arrows from (x0, y0) to (x1, y1), all of shape (n,), in the coordinates of the axes."""
-
-    look: str
-    x0: np.ndarray
-    y0: np.ndarray
-    x1: np.ndarray
-    y1: np.ndarray
-    label: str
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A place on the diagram that can be picked: where it is drawn, and what it gives.
+class Picture:
+    """One figure: lines and arrows by look, marks, the dot that is the state, a legend.
 
     Parameters
     ----------
-    x, y : float
-    value : float
-        Given number: lambda, length or pressure.
-    near : float
-        The answer there, to pick the state by.
-    label : str
+    name : str
+        For tests and style sheets.
+    looks, arrows : sequence of str
+        Looks that it may have to draw, from the bottom to the top.
+    ground : bool
+        Whether it shows a rod, over a plate.
     """
 
-    x: float
-    y: float
-    value: float
-    near: float
-    label: str
+    def __init__(
+        self, name: str, looks: Sequence[str], arrows: Sequence[str] = (), *, ground: bool = False
+    ) -> None:
+        self.figure: Any = _figure(name)
+        self.lines = {each: ColumnDataSource({"x": [], "y": []}) for each in looks}
+        self.arrows = {each: ColumnDataSource({key: [] for key in _ARROWS}) for each in arrows}
+        self.marks = ColumnDataSource({key: [] for key in _MARKS})
+        self.here = ColumnDataSource({"x": [], "y": []})
+        self.items: dict[str, LegendItem] = {}
+        self.ground = self._lay() if ground else None
+        self._add_lines()
+        self._add_arrows()
+        self.figure.add_layout(_legend(list(self.items.values())), "above")
+        self._add_marks()
+        self.absent = Label(
+            x=0.5 * look.FRAME_WIDTH,
+            y=0.5 * look.FRAME_HEIGHT,
+            x_units="screen",
+            y_units="screen",
+            text="",
+            text_align="center",
+            text_baseline="middle",
+            text_color=look.FAINT,
+            text_font_size="14px",
+        )
+        self.figure.add_layout(self.absent)
+
+    # --- what it is made of ----------------------------------------------------------------
+
+    def _lay(self) -> tuple[Span, Label]:
+        """Put the plate under the picture; return the line y = y0 and its name."""
+        fig = self.figure
+        fig.x_range.update(start=-1.05, end=0.35)
+        fig.y_range.update(start=-0.18, end=0.65)
+        fig.grid.grid_line_color = None
+        plate = BoxAnnotation(
+            top=0.0,
+            fill_color="#EFEFEF",
+            fill_alpha=1.0,
+            hatch_pattern="/",
+            hatch_color="#C4C4C4",
+            hatch_weight=1.0,
+            line_color="#8A8A8A",
+            level="underlay",
+        )
+        line = Span(
+            dimension="width",
+            location=0.0,
+            line_color=style.RANGE,
+            line_width=1.8,
+            line_dash=[2, 3],
+            visible=False,
+        )
+        name = Label(
+            x=look.FRAME_WIDTH - 24,
+            y=0.0,
+            x_units="screen",
+            text="y₀",
+            text_color=style.RANGE,
+            text_font_size="15px",
+            text_font_style="bold",
+            y_offset=2,
+            visible=False,
+        )
+        for layer in (plate, line, name):
+            fig.add_layout(layer)
+        return line, name
+
+    def _add_lines(self) -> None:
+        for each, source in self.lines.items():
+            stroke = style.STROKES[each]
+            drawn = self.figure.line(
+                "x",
+                "y",
+                source=source,
+                line_color=stroke.colour,
+                line_width=_PIXELS * stroke.width,
+                line_dash=[max(round(_PIXELS * length), 1) for length in stroke.dash] or "solid",
+            )
+            self.items[each] = LegendItem(label=each, renderers=[drawn], visible=False)
+
+    def _add_arrows(self) -> None:
+        for each, source in self.arrows.items():
+            stroke = style.STROKES[each]
+            shaft = self.figure.segment(
+                "x0",
+                "y0",
+                "x1",
+                "y1",
+                source=source,
+                line_color=stroke.colour,
+                line_width=_PIXELS * stroke.width,
+            )
+            self.figure.scatter(
+                "x1",
+                "y1",
+                source=source,
+                marker="triangle",
+                angle="angle",
+                size=8,
+                fill_color="white" if stroke.hollow else stroke.colour,
+                line_color=stroke.colour if stroke.hollow else None,
+            )
+            self.items[each] = LegendItem(label=each, renderers=[shaft], visible=False)
+
+    def _add_marks(self) -> None:
+        fig = self.figure
+        drawn = fig.scatter(
+            "x",
+            "y",
+            source=self.marks,
+            marker="shape",
+            size="size",
+            fill_color="face",
+            line_color="colour",
+            line_width=1.5,
+        )
+        fig.text(
+            "x",
+            "y",
+            "letter",
+            source=self.marks,
+            x_offset="dx",
+            y_offset="dy",
+            text_align="center",
+            text_baseline="middle",
+            text_color="colour",
+            text_font_size="14px",
+            text_font_style="bold",
+        )
+        fig.add_tools(HoverTool(renderers=[drawn], tooltips=[("", "@meaning")]))
+        fig.scatter(
+            "x", "y", source=self.here, size=15, fill_color=style.HERE, line_color=look.INK, line_width=1.8
+        )
+
+    # --- what it shows ---------------------------------------------------------------------
+
+    def updates(self, heading: str, panel: Panel | None, absent: str = "") -> Updates:
+        """Return what shows a picture under a heading; a few words where there is none."""
+        fig, lines, arrows = self.figure, panel.lines if panel else (), panel.arrows if panel else ()
+        here = panel.here if panel else None
+        found: Updates = [
+            (fig.title, {"text": heading}),
+            (fig.xaxis[0], {"axis_label": plain(panel.x.label) if panel else ""}),
+            (fig.yaxis[0], {"axis_label": plain(panel.y.label) if panel else ""}),
+            (self.absent, {"text": "" if panel else wrapped(absent)}),
+            (self.marks, {"data": _marks(panel.marks if panel else ())}),
+            (self.here, {"data": _point(here)}),
+        ]
+        labels = dict.fromkeys(self.items, "")
+        for each, source in self.lines.items():
+            pieces = [line for line in lines if line.look == each]
+            labels[each] = next((line.label for line in pieces if line.label), "")
+            found.append((source, {"data": _joined(pieces)}))
+        for each, pointing in self.arrows.items():
+            drawn = [group for group in arrows if group.look == each]
+            labels[each] = drawn[0].label if drawn else ""
+            stretch = panel.ground.stretch if panel and panel.ground else 1.0
+            found.append((pointing, {"data": _pointing(drawn, stretch)}))
+        for each, item in self.items.items():
+            shown = {"label": {"value": plain(labels[each])}} if labels[each] else {}
+            found.append((item, {"visible": bool(labels[each]), **shown}))
+        return found + (self._empty() if panel is None else self._spans(panel))
+
+    def place(self, here: tuple[float, float] | None) -> Updates:
+        """Return what puts the dot where the state is."""
+        return [(self.here, {"data": _point(here)})]
+
+    def _empty(self) -> Updates:
+        if self.ground is not None:
+            return [(each, {"visible": False}) for each in self.ground]
+        ends = {"start": 0.0, "end": 1.0, "reset_start": 0.0, "reset_end": 1.0}
+        return [(shown, ends) for shown in (self.figure.x_range, self.figure.y_range)]
+
+    def _spans(self, panel: Panel) -> Updates:
+        """Return what shows the ranges of a picture."""
+        x, y = self.figure.x_range, self.figure.y_range
+        if self.ground is None or panel.ground is None:
+            return [*_fit(x, panel.x.low, panel.x.high), *_fit(y, panel.y.low, panel.y.high)]
+        # Both scales as the stretch says; what is left over is shown on both sides, and above.
+        stretch, wide, high = panel.ground.stretch, look.FRAME_WIDTH, look.FRAME_HEIGHT
+        pixel = max((panel.x.high - panel.x.low) / wide, stretch * (panel.y.high - panel.y.low) / high)
+        middle, low = 0.5 * (panel.x.low + panel.x.high), panel.y.low
+        line, name = self.ground
+        shows, y0 = panel.ground.shows_y0, panel.ground.y0
+        return [
+            *_fit(x, middle - 0.5 * pixel * wide, middle + 0.5 * pixel * wide, steady=False),
+            *_fit(y, low, low + pixel * high / stretch, steady=False),
+            (line, {"visible": shows, **({"location": y0} if shows else {})}),
+            (name, {"visible": shows, **({"y": y0} if shows else {})}),
+        ]
 
 
-@dataclass(frozen=True)
-class RodPanel:
-    """The rod in its true shape, in units of ``x.label``.
+class FourPanels:
+    """Rod, diagram, potential and loop under a headline."""
 
-    Parameters
-    ----------
-    x, y : Axis
-    stretch : float
-        How many times the vertical scale is the horizontal one; 1 for the true shape.
-    lines : tuple of Line
-        "rod" where the law holds, "beyond" where it does not (y > y0 under the linear law).
-    arrows : tuple of Arrows
-        "pressure", "adhesion" and, where the linear law pushes, "repulsion".
-    y0 : float or None
-        Height of the end of the bond; None where there is none.
-    shows_y0 : bool
-        Whether it is within the picture.
-    """
+    def __init__(self) -> None:
+        self.rod = Picture(
+            "rod",
+            ("attached", "rod", "rod-beyond-y0"),
+            ("pressure", "adhesion", "repulsion"),
+            ground=True,
+        )
+        spurious = ("spurious", "spurious-unstable", "spurious-stable")
+        self.diagram = Picture(
+            "diagram",
+            ("straight", "straight-unstable", *spurious, "own", "unknown", "branch", "unstable", "stable"),
+        )
+        self.potential = Picture("potential", ("fold", "maxwell", "delay", "current"))
+        # Short labels, so that the frame stays in line with those above it.
+        self.potential.figure.yaxis.formatter = BasicTickFormatter(power_limit_high=4, precision=1)
+        self.loop = Picture("loop", ("between", "down", "up"))
+        self.width = 2 * (look.FRAME_WIDTH + look.LEFT)
+        self.headline = text_box("headline", "status", self.width)
+        self.headline.height = 42  # so that the panels stay where they are
 
-    x: Axis
-    y: Axis
-    stretch: float
-    lines: tuple[Line, ...]
-    arrows: tuple[Arrows, ...]
-    y0: float | None
-    shows_y0: bool
+    @property
+    def named(self) -> dict[str, Any]:
+        """The figures by what they show, in reading order."""
+        return {
+            "shape of the rod": self.rod.figure,
+            "bifurcation diagram": self.diagram.figure,
+            "effective potential": self.potential.figure,
+            "hysteresis loop": self.loop.figure,
+        }
 
+    def grid(self) -> Any:
+        """Return the layout of the panels."""
+        return GridBox(
+            children=[(fig, i // 2, i % 2) for i, fig in enumerate(self.named.values())],
+            name="panels",
+            styles={"background": look.PAPER},  # of the saved picture too
+        )
 
-@dataclass(frozen=True)
-class DiagramPanel:
-    """The bifurcation diagram, its special points, and where the state is."""
+    def updates(self, scene: Scene) -> Updates:
+        """Return what shows a scene."""
+        return [
+            *self.moving(scene),
+            *self.diagram.updates(scene.headings["diagram"], scene.diagram),
+            *self.loop.updates(scene.headings["loop"], scene.loop, scene.no_loop),
+        ]
 
-    x: Axis
-    y: Axis
-    lines: tuple[Line, ...]
-    marks: tuple[Mark, ...]
-    spots: tuple[Spot, ...]
-    here: tuple[float, float] | None
-    stability: str  # which reading of it solid and dashed follow
-
-    def nearest_spot(self, x: float, y: float) -> Spot | None:
-        """The place of a branch nearest to a click, in shares of the picture; None far from all."""
-        if not self.spots or not (math.isfinite(x) and math.isfinite(y)):
-            return None
-        width, height = self.x.high - self.x.low, self.y.high - self.y.low
-        return min(self.spots, key=lambda s: math.hypot((s.x - x) / width, (s.y - y) / height))
-
-
-@dataclass(frozen=True)
-class PotentialPanel:
-    """The effective potential (35) at the current lambda and at those of fold, Maxwell and delay.
-
-    ``ball`` is where the state lies on it; None if there is none.
-    """
-
-    x: Axis
-    y: Axis
-    lines: tuple[Line, ...]
-    marks: tuple[Mark, ...]
-    ball: tuple[float, float] | None
-    source: str
+    def moving(self, scene: Scene) -> Updates:
+        """Return what changes with every frame of a sweep."""
+        return [
+            *self.rod.updates("Rod", scene.rod, "no such state: see below"),
+            *self.potential.updates(scene.headings["potential"], scene.potential, scene.no_potential),
+            (self.headline, {"text": headline(scene)}),
+        ]
 
 
-@dataclass(frozen=True)
-class Frame:
-    """One moment of the sweep: where it is on the loop, and the state (label, value, near)."""
-
-    x: float
-    y: float
-    value: float
-    near: float | None
-    label: str
-
-
-@dataclass(frozen=True)
-class LoopPanel:
-    """The hysteresis loop, its jumps, and the frames in which a sweep visits it."""
-
-    x: Axis
-    y: Axis
-    lines: tuple[Line, ...]
-    marks: tuple[Mark, ...]
-    frames: tuple[Frame, ...]
-    swept: str  # "lam" or "pressure"
-    here: tuple[float, float] | None
-    area: str
-    note: str
+def apply(updates: Updates) -> None:
+    """Set what differs; what the browser has already is not sent again."""
+    for model, attributes in updates:
+        data = attributes.get("data")
+        if data is not None and isinstance(model, ColumnDataSource):
+            old = model.data
+            if old.keys() == data.keys() and all(_same(old[key], column) for key, column in data.items()):
+                continue
+        model.update(**attributes)
 
 
-@dataclass(frozen=True)
-class Part:
-    """What one part of the picture cost, and how far to trust it.
+def _figure(name: str) -> Any:
+    fig: Any = figure(
+        title="",
+        frame_width=look.FRAME_WIDTH,
+        frame_height=look.FRAME_HEIGHT,
+        min_border_left=look.LEFT,
+        min_border_right=14,
+        min_border_bottom=50,
+        x_range=Range1d(0.0, 1.0),
+        y_range=Range1d(0.0, 1.0),
+        tools="pan,box_zoom,wheel_zoom,reset,save",
+        active_drag=None,
+        name=name,
+    )
+    fig.toolbar.logo = None
+    fig.toolbar.autohide = True
+    fig.toolbar_inner = True
+    fig.outline_line_color = None
+    fig.grid.grid_line_color = "#ECECEC"
+    fig.title.text_font_size, fig.title.text_color = "13.5px", look.INK
+    for axis in fig.axis:
+        axis.axis_label_text_font_size, axis.axis_label_text_font_style = "14px", "normal"
+        axis.axis_label_text_color = axis.major_label_text_color = look.INK
+        axis.major_label_text_font_size = "12.5px"
+        axis.minor_tick_line_color = None
+    return fig
 
-    ``error`` is the estimate in words, with what it is the error of; ``seconds`` the time of the
-    computation, also where its result was remembered from before.
-    """
 
-    name: str
-    method: str
-    seconds: float
-    error: str
+def _legend(items: list[LegendItem]) -> Legend:
+    return Legend(
+        items=items,
+        location="left",
+        orientation="horizontal",
+        label_text_font_size="12px",
+        label_standoff=3,
+        glyph_width=20,
+        glyph_height=10,
+        spacing=6,
+        padding=0,
+        margin=1,
+        border_line_color=None,
+        background_fill_alpha=0.0,
+    )
 
 
-@dataclass(frozen=True)
-class AnswerText:
-    """The answered state in numbers and words."""
+def _point(here: tuple[float, float] | None) -> dict[str, list[float]]:
+    return {"x": [], "y": []} if here is None else {"x": [here[0]], "y": [here[1]]}
 
-    headline: str
-    numbers: tuple[tuple[str, str], ...]
-    label: str
-    law: str
-    certified: bool
-    error: float
-    certificate: float
+
+def _marks(marks: Iterable[Mark]) -> dict[str, list[Any]]:
+    rows = []
+    for mark in marks:
+        marker = style.marker(mark.look)
+        colour = style.STROKES[mark.of].colour if mark.of else marker.colour
+        letter, meaning = plain(mark.text), plain(mark.meaning)
+        rows.append(
+            (
+                mark.x,
+                mark.y,
+                letter,
+                f"{letter}: {meaning}" if letter else meaning,
+                colour,
+                "white" if marker.hollow else colour,
+                marker.bokeh,
+                1.4 * marker.size,
+                _LETTER_GAP * mark.away[0],
+                -_LETTER_GAP * mark.away[1],  # down the screen
+            )
+        )
+    columns = zip(*rows, strict=True) if rows else [()] * len(_MARKS)
+    return {key: list(column) for key, column in zip(_MARKS, columns, strict=True)}
+
+
+def _joined(pieces: Iterable[Line]) -> dict[str, np.ndarray]:
+    """Pieces of one look as one line with gaps between."""
+    parts = [np.stack([piece.x, piece.y]) for piece in pieces if len(piece.x)]
+    if not parts:
+        return {"x": np.empty(0), "y": np.empty(0)}
+    gap = np.full((2, 1), np.nan)
+    x, y = np.concatenate([each for part in parts for each in (part, gap)][:-1], axis=1)
+    return {"x": x, "y": y}
+
+
+def _pointing(drawn: Sequence[Arrows], stretch: float) -> dict[str, Any]:
+    if not drawn:
+        return {key: np.empty(0) for key in _ARROWS}
+    (group,) = drawn
+    turned = np.arctan2(stretch * (group.y1 - group.y0), group.x1 - group.x0) - 0.5 * math.pi
+    return {"x0": group.x0, "y0": group.y0, "x1": group.x1, "y1": group.y1, "angle": turned}
+
+
+def _fit(shown: Range1d, low: float, high: float, *, steady: bool = True) -> Updates:
+    """Return what shows a range, unless what is shown holds it and it fills well enough."""
+    start, end = float(shown.start), float(shown.end)
+    inside = start <= low + 1e-9 * (high - low) and high - 1e-9 * (high - low) <= end
+    if steady and inside and high - low >= _STEADY * (end - start):
+        return [(shown, {"start": start, "end": end})]
+    # The reset tool goes back there too.
+    return [(shown, {"start": low, "end": high, "reset_start": low, "reset_end": high})]
+
+
+def _same(old: Any, new: Any) -> bool:
+    if len(old) != len(new):
+        return False
+    if isinstance(new, np.ndarray):
+        return bool(np.array_equal(old, new, equal_nan=True))
+    return list(old) == list(new)

@@ -11,9 +11,9 @@ import numpy as np
 from ...base.errors import InvalidInput, NoEquilibrium, PeelOptError
 from ...base.units import display
 from ...model.rod import RATIOS
-from .curves import Curve, traced
-from .diagram_panel import coordinates
-from .loop_panel import OFF_FOLD
+from ...plots.diagram import coordinates
+from .curves import traced
+from .loops import OFF_FOLD
 from .screen import Scene, full_scene
 from .state import State
 
@@ -104,8 +104,8 @@ def _relative(state: State, value: float, *, asked: bool) -> Relative:
     return Relative(f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked)
 
 
-def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
-    """Return the branch that leaves T, and places spread along it as it is drawn.
+def places(state: State, count: int) -> tuple[Place, ...]:
+    """Return places spread along the branch that leaves T, as it is drawn.
 
     Parameters
     ----------
@@ -115,8 +115,7 @@ def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
 
     Returns
     -------
-    curve : Curve
-    places : tuple of Place
+    tuple of Place
         From T on.  A rod is asked for its length given the pressure: well posed at all of them but the
         minimum pressure, as lambda is but at the fold; there the place is a little after it.
 
@@ -129,37 +128,30 @@ def places(state: State, count: int) -> tuple[Curve, tuple[Place, ...]]:
     """
     curve = traced(state)
     assert curve is not None  # only a sketch is not traced
-    x, y = coordinates(state, curve)
-    rows = np.flatnonzero(np.isin(curve.state, _LABELS) & (np.abs(curve.alpha1) > 1e-9))
+    branch = curve.branch
+    x, y = coordinates(branch)
+    rows = np.flatnonzero(np.isin(branch.state, _LABELS) & (np.abs(branch.alpha1) > 1e-9))
     if not len(rows):
         raise NoEquilibrium(f"no detached state is found along the branch at {state.words}.")
-    if abs(curve.alpha1[rows[0]]) > abs(curve.alpha1[rows[-1]]):
+    if abs(branch.alpha1[rows[0]]) > abs(branch.alpha1[rows[-1]]):
         rows = rows[::-1]
     along = _along(x[rows], y[rows])
     wanted = np.linspace(0.0, along[-1], count)
-    picked = np.unique(np.abs(along[:, None] - wanted).argmin(axis=0))
-    folds = {s.row for s in curve.specials if s.kind == ("LP-lambda" if state.rod is None else "LP-pressure")}
+    groups = state.rod is None
+    given, answer = (branch.lam, branch.alpha1) if groups else (branch.pressure, branch.length)
+    folds = {p.index for p in branch.special("LP-lambda" if groups else "LP-pressure")}
+    asked = state if groups else state.changed(given="pressure")
     found = []
-    for i in picked:
+    for i in np.unique(np.abs(along[:, None] - wanted).argmin(axis=0)):
         row, after = int(rows[i]), int(rows[min(i + 1, len(rows) - 1)])
-        value, near = _given(state, curve, row)
-        label = str(curve.state[row])
+        value, label = float(given[row]), str(branch.state[row])
         if row in folds:
-            value += OFF_FOLD * (_given(state, curve, after)[0] - value)
-            label = str(curve.state[after])
-        asked = state if state.rod is None else state.changed(given="pressure")
+            value += OFF_FOLD * float(given[after] - given[row])
+            label = str(branch.state[after])
         # At a given lambda or pressure the unfolded ones are unique; without a search for others.
-        at = asked.at(value).changed(label=label, near=near if label == "folded" else None)
-        found.append(Place(at, float(x[row]), float(y[row])))
-    return curve, tuple(found)
-
-
-def _given(state: State, curve: Curve, row: int) -> tuple[float, float]:
-    """The number that is given at a point of the branch, and the answer there."""
-    rod = state.rod
-    if rod is None:
-        return float(curve.lam[row]), float(curve.alpha1[row])
-    return float(rod.pressure(curve.pressure_ratio[row])), float(rod.length(curve.length_ratio[row]))
+        near = float(answer[row]) if label == "folded" else None
+        found.append(Place(asked.at(value).changed(label=label, near=near), float(x[row]), float(y[row])))
+    return tuple(found)
 
 
 def _along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -188,23 +180,9 @@ def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...],
     u, v = (x - here[0]) / (np.ptp(x) or 1.0), (y - here[1]) / (np.ptp(y) or 1.0)
     nearest = int(np.hypot(u, v).argmin())
     eq = scene.equilibrium
-    if eq is None or eq.state not in _LABELS or _off(scene, state, here) > ELSEWHERE:
+    if eq is None or eq.state not in _LABELS or scene.off_branch > ELSEWHERE:
         return found, nearest, False
     return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest, True
-
-
-def _off(scene: Scene, state: State, here: tuple[float, float]) -> float:
-    """Distance of a state from the branch as it is drawn, in shares of the picture."""
-    panel = scene.diagram
-    x, y = coordinates(state, scene.curve)
-    # The state is the origin; what is not finite, beta0 = 0 over T0, is not drawn.
-    u, v = (x - here[0]) / (panel.x.high - panel.x.low), (y - here[1]) / (panel.y.high - panel.y.low)
-    drawn = np.isfinite(u) & np.isfinite(v)
-    corners = np.stack([u[drawn], v[drawn]], axis=1)
-    start, along = corners[:-1], np.diff(corners, axis=0)
-    size = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(-(start * along).sum(axis=1) / size, 0.0, 1.0)
-    return float(np.hypot(*(start + share[:, None] * along).T).min())
 
 
 def solved(place: Place) -> Scene | None:

@@ -10,6 +10,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -21,11 +22,14 @@ from ...continuation.goal import below_zero, left_for_good
 from ...continuation.points import Point
 from ...continuation.primary import PrimaryBranch
 from ...continuation.special import FOLDS, Located
+from ...equilibria.branch import Branch
+from ...equilibria.branch_parts import SpecialPoint, Trivial
 from ...model.bond import CohesiveLaw
+from ...model.rod import Rod
 from ...residual.arclength import chart
 from ...residual.closures import Closure
 from ...residual.meshes import PATH
-from .curves import Curve, Special
+from .curves import Curve
 
 #: Steps of a quick walk: a rod's branch from T to contact takes some 20 points.
 LONG = StepControl(first=0.05, largest=0.5, quick=5, turn=0.7)
@@ -82,14 +86,14 @@ def _quick_branch(law: CohesiveLaw, kind: str, value: float, side: int, _thread:
     return QuickBranch(Family(law, PATH, Closure(kind, value)), side, control=LONG)
 
 
-def quick_rod(law: CohesiveLaw, ratio: float, deadline: float) -> tuple[QuickBranch, Curve]:
+def quick_rod(law: CohesiveLaw, rod: Rod, deadline: float) -> tuple[QuickBranch, Curve]:
     """Walk a rod's branch until it ends or ``deadline`` (of ``time.perf_counter``) is past."""
     began = time.perf_counter()
-    branch = quick_branch(law, "ratio", ratio)
+    branch = quick_branch(law, "ratio", rod.ratio)
 
     branch.extend(lambda _: below_zero(branch) or time.perf_counter() > deadline)
     done = branch.ended or ("p < 0" if branch.points[-1].scalars.pressure_ratio < 0.0 else "")
-    return branch, _dense([branch], "ratio", done, began)
+    return branch, _dense([branch], rod, done, began)
 
 
 def gone(branch: QuickBranch, span: tuple[float, float]) -> bool:
@@ -107,63 +111,61 @@ def quick_groups(
     for branch in sides:
         branch.extend(lambda _, b=branch: gone(b, span) or time.perf_counter() > deadline)  # type: ignore[misc]
     done = "window" if all(gone(b, span) for b in sides) else ""
-    return (sides[0], sides[1]), _dense(list(sides), "beta0", done, began)
+    return (sides[0], sides[1]), _dense(list(sides), None, done, began)
 
 
-def _dense(branches: list[QuickBranch], hold: str, ended: str, began: float) -> Curve:
-    """Draw cubics through points and tangents of walks that share their first point."""
-    parts, states, specials, error, rows = [], [], [], 0.0, 0
-    origin: list[Point] = []
-    for branch in branches:
-        points = branch.points
-        # Both sides begin at T.
-        origin += points[:0:-1] if branch.side < 0 else points
-        s = np.array([p.arclength for p in points])
-        x = np.array([p.tail for p in points])
-        dx = np.array([p.rates for p in points])
-        if len(points) > 1:
-            fine = np.unique([*s, *np.concatenate([np.linspace(a, b, DENSE) for a, b in pairwise(s)])])
-            values = CubicHermiteSpline(s, x, dx)(fine)
+def _dense(walks: list[QuickBranch], rod: Rod | None, ended: str, began: float) -> Curve:
+    """Draw cubics through points and tangents of walks that share their first point, T."""
+    parts, error = [], 0.0
+    for walk in walks:
+        s = np.array([p.arclength for p in walk.points])
+        x = np.array([p.tail for p in walk.points])
+        dx = np.array([p.rates for p in walk.points])
+        if len(s) > 1:
             error = max(error, _interpolation_error(s, x, dx))
-        else:
-            fine, values = s, x
-        labels = [branch.state_at(float(a)) for a in fine]
-        found = [("BP", "exact", 0)] + [
-            (f.kind, "bracketed", int(np.argmin(np.abs(fine - f.point.arclength)))) for f in branch.folds
-        ]
-        if branch.ended == "contact":
-            found.append(("contact", "located", len(fine) - 1))
-        if branch.side < 0:
-            values, labels = values[::-1], labels[::-1]
-            found = []  # T is counted on the other side
-        else:
-            found = [(kind, status, row + rows) for kind, status, row in found]
-        rows += len(values)
-        parts.append(values)
-        states += labels
-        specials += found
-    A, m, sigma, lam = np.concatenate(parts).T
-    alpha1 = m * A
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(sigma > 0.0, 1.0 + alpha1 / sigma**3, np.nan)
-    closure = branches[0].family.closure
-    return Curve(
-        hold=hold,
-        held=closure.value**3 if hold == "beta0" else closure.value,
-        law=branches[0].family.law.name,
+            fine = np.unique([*s, *np.concatenate([np.linspace(a, b, DENSE) for a, b in pairwise(s)])])
+            s, x = fine, CubicHermiteSpline(s, x, dx)(fine)
+        labels = [walk.state_at(float(a)) for a in s]
+        # One way through both: the side beyond T comes first, backwards and without T.
+        parts.append((-s[:0:-1], x[:0:-1], labels[:0:-1]) if walk.side < 0 else (s, x, labels))
+    s, x = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+    A, m, sigma, lam = x.T
+    closure, last = walks[0].family.closure, walks[-1]
+    found = [("BP", "exact", 0.0)] + [(f.kind, "bracketed", f.point.arclength) for f in last.folds]
+    if last.ended == "contact":
+        found.append(("contact", "located", last.points[-1].arclength))
+    nothing = np.full(len(s), np.nan)
+    branch = Branch(
+        law=last.family.law.name,
+        hold="ratio" if rod is not None else "beta0",
+        held=closure.value if rod is not None else closure.value**3,
+        rod=rod,
+        arclength=s,
+        A=A,
+        m=m,
+        sigma=sigma,
         lam=lam,
-        alpha1=alpha1,
-        pressure_ratio=ratio,
-        length_ratio=sigma,
-        state=np.array(states),
-        index=None,
-        specials=tuple(Special(*entry) for entry in specials),
+        tip_u=nothing,
+        error=np.full(len(s), error),
+        certificate=nothing,
+        iterations=np.zeros(len(s)),
+        state=np.array([label for part in parts for label in part[2]]),
+        trivial=None if rod is not None else Trivial(np.array([lam.min(), lam.max()]), ()),
         ended=ended,
-        method=f"quick walk of {len(origin)} points",
-        error=error,
-        seconds=time.perf_counter() - began,
-        origin=tuple(origin),
     )
+    specials = tuple(_special(branch, *entry, error) for entry in found)
+    # Both sides begin at T.
+    solved = [p for walk in walks for p in (walk.points[:0:-1] if walk.side < 0 else walk.points)]
+    method = f"quick walk of {len(solved)} points"
+    branch = replace(branch, special_points=specials)
+    return Curve(branch, method, time.perf_counter() - began, tuple(solved))
+
+
+def _special(branch: Branch, kind: str, status: str, arclength: float, error: float) -> SpecialPoint:
+    i = int(np.argmin(np.abs(branch.arclength - arclength)))
+    names = ("beta0", "lam", "alpha1", "pressure_ratio", "length_ratio")
+    groups = {name: float(getattr(branch, name)[i]) for name in names}
+    return SpecialPoint(kind, status, (arclength, arclength), i, error=error, **groups)
 
 
 def _interpolation_error(s: np.ndarray, x: np.ndarray, dx: np.ndarray) -> float:

@@ -9,20 +9,41 @@ from functools import lru_cache
 
 from ...analysis.maxwell import TURN
 from ...base.errors import PeelOptError
+from ...equilibria.branch import Branch
 from ...equilibria.result import Equilibrium
+from ...plots.diagram import AT_LENGTH, AT_PRESSURE, coordinates, diagram_panel, place
+from ...plots.loop import CONVENTIONS, area_of
+from ...plots.panels import Line, Panel
+from ...plots.potential import named_panel
+from ...plots.rod import adhered_panel, rod_panel
+from ...plots.words import plain
 from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
-from .diagram_panel import diagram_panel, is_drawn, units
-from .loop_panel import lambda_loop, pressure_loop
-from .panels import AnswerText, DiagramPanel, LoopPanel, Part, PotentialPanel, RodPanel
-from .potential_panel import Landscape, landscape, off_by, potential_panel, too_far
+from .landscape import Landscape, landscape, off_by, too_far
+from .loops import Sweep, lambda_loop, pressure_loop
 from .quick_walks import QuickBranch, quick_groups, quick_rod
-from .rod_panel import adhered_panel, rod_panel
 from .state import State
-from .words import OFF_BRANCH, answer_of, warnings_of, why_no_branch
+from .words import OFF_BRANCH, AnswerText, answer_of, warnings_of, why_no_branch
 
 #: Share of a picture's 50 ms that walks may take; what is left of a branch follows later.
 BUDGET = 0.026
+
+#: Size of the dot, as a share of the picture.
+_DOT = 0.025
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one part of the picture cost, and how far to trust it.
+
+    ``error`` is the estimate in words, with what it is the error of; ``seconds`` the time of the
+    computation, also where its result was remembered from before.
+    """
+
+    name: str
+    method: str
+    seconds: float
+    error: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +57,14 @@ class Scene:
         Whether it was solved and traced to the accuracy asked for; otherwise it is what could be
         had while a slider moved.
     answer : AnswerText or None
-    rod : RodPanel or None
+    rod : Panel or None
         None where the state does not exist.
-    diagram : DiagramPanel
-    potential : PotentialPanel or None
-    loop : LoopPanel or None
+    diagram : Panel
+    potential, loop : Panel or None
+    sweep : Sweep or None
+        The loop itself.
+    headings : dict of str
+        Of "diagram", "potential" and "loop".
     message : str
         That the state does not exist, and what does; empty if all is well.
     warnings : tuple of str
@@ -57,15 +81,19 @@ class Scene:
         The answer itself.
     curve : Curve
         The branch that the diagram shows.
+    off_branch : float
+        Distance of the state from it, in shares of the picture; NaN where there is no state.
     """
 
     state: State
     full: bool
     answer: AnswerText | None
-    rod: RodPanel | None
-    diagram: DiagramPanel
-    potential: PotentialPanel | None
-    loop: LoopPanel | None
+    rod: Panel | None
+    diagram: Panel
+    potential: Panel | None
+    loop: Panel | None
+    sweep: Sweep | None
+    headings: dict[str, str]
     message: str
     warnings: tuple[str, ...]
     nearest: State | None
@@ -75,6 +103,7 @@ class Scene:
     seconds: float
     equilibrium: Equilibrium | None
     curve: Curve
+    off_branch: float
 
 
 def live_scene(
@@ -101,10 +130,11 @@ def live_scene(
     deadline = began + budget
     law = law_of(state)
     walks: tuple[QuickBranch, ...]
-    if state.given == "groups":
+    rod = state.rod
+    if rod is None:
         walks, curve = quick_groups(law, state.beta0, window(state.beta0, state.lam), deadline)
     else:
-        walk, curve = quick_rod(law, state.effective_ratio, deadline)
+        walk, curve = quick_rod(law, rod, deadline)
         walks = (walk,)
     found = quick_answer(state, walks, deadline, before)
     if best is not None and _belongs(best, state):
@@ -131,11 +161,11 @@ def full_scene(state: State) -> Scene:
     except PeelOptError as error:
         trouble = f"The diagram is a quick walk, since the trace failed: {error}"
     if curve is None:
-        deadline = time.perf_counter() + 5.0
-        if state.given == "groups":
+        deadline, rod = time.perf_counter() + 5.0, state.rod
+        if rod is None:
             curve = quick_groups(law_of(state), state.beta0, window(state.beta0, state.lam), deadline)[1]
         else:
-            curve = quick_rod(law_of(state), state.effective_ratio, deadline)[1]
+            curve = quick_rod(law_of(state), rod, deadline)[1]
     local: Curve | None = curve
     if state.given != "groups":
         local = None
@@ -165,12 +195,13 @@ def _quick_local(state: State, eq: Equilibrium | None, deadline: float) -> Curve
 
 def _belongs(curve: Curve, state: State) -> bool:
     """Whether a curve is the diagram of a state, window included."""
-    if curve.law != law_of(state).name:
+    branch = curve.branch
+    if branch.law != law_of(state).name:
         return False
     if state.given == "groups":
-        inside = curve.lam.min() <= state.lam <= curve.lam.max()
-        return curve.hold == "beta0" and curve.held == state.beta0 and inside
-    return curve.hold == "ratio" and curve.held == state.effective_ratio
+        inside = branch.lam.min() <= state.lam <= branch.lam.max()
+        return branch.hold == "beta0" and branch.held == state.beta0 and bool(inside)
+    return branch.rod == state.rod
 
 
 def _beta0(state: State, eq: Equilibrium | None) -> float | None:
@@ -206,17 +237,18 @@ def _scene(
     full: bool,
 ) -> Scene:
     """Put the panels together."""
-    eq = found.equilibrium
-    here, on_loop = _places(state, eq)
-    diagram = diagram_panel(state, curve, here)
-    off_branch = here is not None and not is_drawn(diagram, here)
+    eq, own = found.equilibrium, state.rod
+    here = _place(state, eq, curve.branch)
+    diagram = _diagram(state, curve.branch).at(here)
+    off_line = math.nan if here is None else diagram.distance(here)
+    off_branch = off_line > _DOT
     if off_branch and full and eq is not None:
-        diagram = diagram_panel(state, curve, here, own_branch(state, eq))
-    rod: RodPanel | None = None
+        beside = [Line("own", *coordinates(branch), "own branch") for branch in own_branch(state, eq)]
+        diagram = replace(diagram, lines=(*beside, *diagram.lines))
+    rod: Panel | None = None
     if eq is not None:
         rod = rod_panel(eq)
     elif state.label == "adhered":
-        own = state.rod
         rod = adhered_panel(own, 1.0 if own is None else own.critical_length)
     parts = [Part("state", eq.stats.method if eq else "none", found.seconds, _error_of(eq))]
     estimate = "about " if curve.method.startswith("quick") else ""
@@ -225,7 +257,7 @@ def _scene(
     if land is not None:
         lam = state.lam if state.given == "groups" else (eq.lam if eq else 0.0)
         alpha1 = 0.0 if state.label == "adhered" else (None if eq is None else eq.alpha1)
-        potential = potential_panel(land[0], lam, alpha1)
+        potential = named_panel(land[0].potential, lam, land[0].named, alpha1)
         if alpha1 is not None:
             off = off_by(land[0], lam, alpha1)
         error = f"{off:.0e} in α₁ at the ball" if math.isfinite(off) else "-"
@@ -235,11 +267,22 @@ def _scene(
             no_potential = f"Not shown: the {land[0].source} misses the state by {off:.2g} in α₁."
             if land[0].source.startswith("normal form"):
                 no_potential += " " + why_no_branch(land[0].potential.beta0, full)
-    loop: LoopPanel | str
-    if state.given == "groups":
-        loop = lambda_loop(state, curve, _required(land), on_loop)
-    else:
-        loop = pressure_loop(state, curve, on_loop)
+    sweep = lambda_loop(state, curve, _required(land)) if own is None else pressure_loop(state, curve)
+    loop: Panel | None = None
+    headings = {
+        "diagram": f"Bifurcation diagram, stability {plain(_reading(state))}",
+        "potential": "Effective potential (35)",
+        "loop": "Hysteresis loop",
+    }
+    if potential is not None and land is not None:
+        solved = land[0].source.startswith("quadrature")
+        headings["potential"] += f", {'by quadrature' if solved else land[0].source}"
+    if isinstance(sweep, Sweep):
+        # Its axes are those of the diagram, exchanged for a rod.
+        loop = replace(sweep.panel, here=here if own is None or here is None else here[::-1])
+        unit = 1.0 if own is None else own.adhesion_strength * own.eta
+        convention = CONVENTIONS[state.convention if own is None else "delay"]
+        headings["loop"] += f", {convention}, area {area_of(sweep.loop, unit)}{' T₀ η' if own else ''}"
     shown = land[0] if land and potential is not None else None
     warnings = warnings_of(state, eq, curve, shown, off, full)
     if off_branch:
@@ -252,16 +295,19 @@ def _scene(
         rod=rod,
         diagram=diagram,
         potential=potential,
-        loop=None if isinstance(loop, str) else loop,
+        loop=loop,
+        sweep=None if isinstance(sweep, str) else sweep,
+        headings=headings,
         message=found.message,
         warnings=warnings,
         nearest=found.nearest,
-        no_loop=loop if isinstance(loop, str) else "",
+        no_loop=sweep if isinstance(sweep, str) else "",
         no_potential=no_potential,
         parts=tuple(parts),
         seconds=time.perf_counter() - began,
         equilibrium=eq,
         curve=curve,
+        off_branch=off_line,
     )
 
 
@@ -277,20 +323,28 @@ def _error_of(eq: Equilibrium | None) -> str:
     return f"{eq.error:.0e} in {name}"
 
 
-def _places(
-    state: State, eq: Equilibrium | None
-) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
-    """Where the state is on the diagram and on the loop."""
-    rod = state.rod
-    if rod is None:
-        if state.label == "adhered":
-            return (state.lam, 0.0), (state.lam, 0.0)
-        return (None, None) if eq is None else ((eq.lam, eq.alpha1),) * 2
-    length, _, pressure, _ = units(state)
+def _reading(state: State) -> str:
+    """Under which control the diagram reads stability."""
+    return AT_LENGTH if state.given == "groups" else AT_PRESSURE
+
+
+def _diagram(state: State, branch: Branch) -> Panel:
+    """Return the picture of a branch, its stability read as far as it is known."""
+    known: dict[str, bool] = {"middle": False, "lower": True}
+    if state.rod is not None:
+        if branch.index is not None:
+            return diagram_panel(branch)
+        # From T to the minimum pressure one motion grows, for every rod.
+        known = {"middle": False, "lower": False}
+    stable = [known.get(label) for label in branch.state.tolist()]
+    return diagram_panel(branch, stable=stable, reading=_reading(state))
+
+
+def _place(state: State, eq: Equilibrium | None, branch: Branch) -> tuple[float, float] | None:
+    """Where the state is on the diagram."""
+    groups = state.given == "groups"
+    if eq is not None:
+        return place(branch, *((eq.lam, eq.alpha1) if groups else (eq.length, eq.pressure)))
     if state.label == "adhered":
-        p = state.pressure / pressure
-        return (0.0, p), (p, 0.0)
-    if eq is None:
-        return None, None
-    s, p = eq.length / length, eq.pressure / pressure
-    return (s, p), (p, s)
+        return place(branch, *((state.lam, 0.0) if groups else (0.0, state.pressure)))
+    return None

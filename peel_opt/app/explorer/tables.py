@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterator
 
+from ...plots.words import plain
 from .screen import Scene
 
 COLUMNS = ("panel", "series", "x", "y", "x_quantity", "y_quantity")
@@ -54,21 +55,17 @@ def _rows(scene: Scene) -> Iterator[Row]:
     for name, panel in panels:
         if panel is None:
             continue
-        quantities = (panel.x.label, panel.y.label)
+        quantities = plain(panel.x.label), plain(panel.y.label)
         for line in panel.lines:
             yield from (
                 (name, line.look, float(x), float(y), *quantities)
                 for x, y in zip(line.x, line.y, strict=True)
             )
-        for mark in getattr(panel, "marks", ()):
-            yield name, f"mark {mark.letter} {mark.look}", mark.x, mark.y, *quantities
-        for kind in ("here", "ball"):
-            place = getattr(panel, kind, None)
-            if place is not None:
-                yield name, "state", place[0], place[1], *quantities
-    if scene.rod is not None:
-        quantities = (scene.rod.x.label, scene.rod.y.label)
-        for arrows in scene.rod.arrows:
+        for mark in panel.marks:
+            yield name, f"mark {plain(mark.text)} {mark.look}", mark.x, mark.y, *quantities
+        if panel.here is not None:
+            yield name, "state", *panel.here, *quantities
+        for arrows in panel.arrows:
             for x0, y0, x1, y1 in zip(arrows.x0, arrows.y0, arrows.x1, arrows.y1, strict=True):
-                yield "rod", f"{arrows.look} tail", float(x0), float(y0), *quantities
-                yield "rod", f"{arrows.look} head", float(x1), float(y1), *quantities
+                yield name, f"{arrows.look} tail", float(x0), float(y0), *quantities
+                yield name, f"{arrows.look} head", float(x1), float(y1), *quantities

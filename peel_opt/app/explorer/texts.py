@@ -59,7 +59,7 @@ def wrapped(text: str, width: int = 52) -> str:
 def notes(scene: Scene, messages: tuple[str, ...]) -> str:
     """Return what must be said: messages and missing states first, then warnings."""
     urgent = [*messages, *([scene.message] if scene.message else [])]
-    calm = [*scene.warnings, *([] if scene.loop is None else [scene.loop.note])]
+    calm = [*scene.warnings, *([] if scene.sweep is None else [scene.sweep.note])]
     lines = [f'<b style="color:#8C2D04">{html.escape(text)}</b>' for text in urgent]
     return "<br>".join([*lines, *(html.escape(text) for text in calm)])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from ...analysis.maxwell import TURN
 from ...base.units import display_with_error, told_apart
@@ -10,8 +11,7 @@ from ...continuation.landing import UNFINISHED
 from ...equilibria.result import Equilibrium
 from ...model.labels import FLAGS
 from .curves import Curve
-from .panels import AnswerText
-from .potential_panel import Landscape
+from .landscape import Landscape
 from .state import State
 
 #: Symbols in words, as characters.
@@ -21,6 +21,20 @@ SYMBOLS = {"lambda": "λ", "alpha1": "α₁", "theta": "θ", "eta": "η", "y0": 
 ADVICE = {"y > y0": " Try law (8)."}
 
 OFF_BRANCH = "This state is not on the branch that leaves T."
+
+
+@dataclass(frozen=True)
+class AnswerText:
+    """The answered state in numbers and words."""
+
+    headline: str
+    numbers: tuple[tuple[str, str], ...]
+    label: str
+    law: str
+    certified: bool
+    error: float
+    certificate: float
+
 
 #: Share of the state's alpha1 by which the potential may miss it without a word.
 _OFF = 0.02
@@ -96,11 +110,12 @@ def warnings_of(
     elif land is not None and eq is not None and math.isfinite(off) and off > _OFF * abs(eq.alpha1):
         said.append(f"The ball is not at a critical point: the potential misses the solved α₁ by {off:.2g}.")
     if not curve.ended:
-        last = float(curve.pressure_ratio[-1])
-        where = f"to p/T₀ = {last:.3g}" if curve.hold == "ratio" else f"to λ = {float(curve.lam[-1]):.3g}"
+        branch = curve.branch
+        last = float(branch.pressure_ratio[-1])
+        where = f"to p/T₀ = {last:.3g}" if branch.rod is not None else f"to λ = {float(branch.lam[-1]):.3g}"
         said.append(f"The branch is drawn {where} so far; the rest comes when the slider rests.")
     elif curve.ended in UNFINISHED:
         said.append("The branch was followed only this far.")
-    if state.given != "groups" and curve.index is None and full:
+    if state.given != "groups" and curve.branch.index is None and full:
         said.append("Stability of the folded part is not computed at this accuracy.")
     return tuple(said)
