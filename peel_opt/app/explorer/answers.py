@@ -19,13 +19,12 @@ from ...equilibria.methods import Method, answer
 from ...equilibria.posed import Posed
 from ...equilibria.result import Equilibrium
 from ...model.labels import fits
-from ...model.rod import Rod
 from ...residual.closures import Closure
 from ...residual.discretisation import Profile
 from ...residual.shape import Solution
 from ...residual.transcriptions import Spectral
 from .curves import law_of, window
-from .quick_walks import QuickBranch, gone, quick_branch, quick_rod
+from .quick_walks import QuickBranch, gone, quick_branch, walked
 from .state import METHODS, State
 from .state_cards import named_law
 
@@ -187,7 +186,7 @@ def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equ
     """Pick the state on the walks and solve for it."""
     law, ask = law_of(state), _ask(state)
     if state.rod is None and ask.target.kind == "length":
-        walks = (quick_rod(law, Rod.from_ratio(state.effective_ratio), deadline)[0],)
+        walks = (walked(law, state.effective_ratio, deadline),)
         if state.label == "spurious" or (ask.near is not None and ask.near > 0.0):
             beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(ask.target)
             beyond.extend(lambda _: goal.passed(beyond) or time.perf_counter() > deadline)

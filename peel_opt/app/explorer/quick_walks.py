@@ -86,12 +86,17 @@ def _quick_branch(law: CohesiveLaw, kind: str, value: float, side: int, _thread:
     return QuickBranch(Family(law, PATH, Closure(kind, value)), side, control=LONG)
 
 
-def quick_rod(law: CohesiveLaw, rod: Rod, deadline: float) -> tuple[QuickBranch, Curve]:
-    """Walk a rod's branch until it ends or ``deadline`` (of ``time.perf_counter``) is past."""
-    began = time.perf_counter()
-    branch = quick_branch(law, "ratio", rod.ratio)
-
+def walked(law: CohesiveLaw, ratio: float, deadline: float) -> QuickBranch:
+    """Walk the branch at a ratio until it ends or ``deadline`` (of ``time.perf_counter``) is past."""
+    branch = quick_branch(law, "ratio", ratio)
     branch.extend(lambda _: below_zero(branch) or time.perf_counter() > deadline)
+    return branch
+
+
+def quick_rod(law: CohesiveLaw, rod: Rod, deadline: float) -> tuple[QuickBranch, Curve]:
+    """Walk a rod's branch so far, and draw it."""
+    began = time.perf_counter()
+    branch = walked(law, rod.ratio, deadline)
     done = branch.ended or ("p < 0" if branch.points[-1].scalars.pressure_ratio < 0.0 else "")
     return branch, _dense([branch], rod, done, began)
 
