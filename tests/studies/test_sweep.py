@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import json
 import math
 import os
 import signal
@@ -562,6 +563,22 @@ def test_a_journal_that_was_rounded_otherwise_is_an_error(
     found = po.sweep(GRID, journal=journal, same_bits=False)
     assert same(whole, found)
     assert "another" in found.arithmetic
+
+
+@pytest.mark.parametrize("arithmetic", [None, "another machine"])
+def test_a_journal_with_a_torn_end_that_is_refused_stays_bit_for_bit(
+    tmp_path: Path, arithmetic: str | None
+) -> None:
+    journal = tmp_path / "journal"
+    po.sweep(GRID, journal=journal)
+    head, *chunks = journal.read_bytes().splitlines(keepends=True)
+    record = json.loads(chunks[0].partition(b" ")[2]) | {"arithmetic": arithmetic}
+    text = json.dumps(record, separators=(",", ":")).encode("ascii")
+    refused = head + b"%08x %s\n" % (zlib.crc32(text), text) + chunks[0][:40]
+    journal.write_bytes(refused)
+    with pytest.raises(po.InvalidInput if arithmetic is None else po.WorkersLost):
+        po.sweep(GRID, journal=journal)
+    assert journal.read_bytes() == refused
 
 
 def test_files_that_are_no_journal_or_damaged_are_left_alone(tmp_path: Path) -> None:

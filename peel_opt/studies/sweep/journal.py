@@ -6,8 +6,8 @@
     <checksum> {"chunk": 0, "arithmetic": ..., "numbers": ["0x1.8p+1 nan ...", ...], "texts": [[...], ...]}
 
 Numbers are stored exactly, in hexadecimal.  Lines are only ever added, so that whatever ends
-the process leaves all of them but perhaps the last whole; the torn end of one is cut off when
-the journal is opened again.
+the process leaves all of them but perhaps the last whole; the torn end of one is cut off before
+the next is added.  A journal that is refused stays as it is.
 """
 
 from __future__ import annotations
@@ -58,6 +58,7 @@ class Journal:
         self.path = as_path(path)
         self.done: dict[int, Answers] = {}
         self._plan = plan
+        self._torn_at: int | None = None
         try:
             self._file = os.open(self.path, _FLAGS, 0o644)
         except (OSError, ValueError) as error:  # ValueError: a NUL in the path
@@ -110,6 +111,9 @@ class Journal:
     def _append(self, record: dict[str, Any]) -> None:
         line = _line(record)
         try:
+            if self._torn_at is not None:
+                os.ftruncate(self._file, self._torn_at)
+                self._torn_at = None
             while line:
                 line = line[os.write(self._file, line) :]
             os.fsync(self._file)
@@ -139,13 +143,13 @@ class Journal:
             ) from error
 
     def _read(self) -> None:
-        """Take up what is there, cut off a torn end, or begin."""
+        """Take up what is there, find a torn end, or begin."""
         head = _line(self._head())
         with open(self.path, "rb") as file:
             first = file.readline()
             if head.startswith(first) and first != head:
                 # Empty, or torn while it was begun.
-                os.ftruncate(self._file, 0)
+                self._torn_at = 0
                 self._append(self._head())
                 return
             self._check_head(first)
@@ -155,7 +159,7 @@ class Journal:
                 if record is None:
                     if file.read(1):
                         raise self._damaged(f"the line at byte {good} does not have its checksum")
-                    os.ftruncate(self._file, good)
+                    self._torn_at = good
                     return
                 self._take(record)
                 good += len(line)
@@ -180,13 +184,15 @@ class Journal:
             number, rows, texts = record["chunk"], record["numbers"], record["texts"]
             numbers = np.array([[float.fromhex(v) for v in row.split()] for row in rows], dtype=np.float64)
             size = len(self._plan.chunks[number])
-            texts = [tuple(row) for row in texts]
+            texts, computed_by = [tuple(row) for row in texts], record["arithmetic"]
             right = all(len(row) == len(TEXTS) and all(isinstance(t, str) for t in row) for row in texts)
             if number < 0 or numbers.shape != (size, len(NUMBERS)) or len(texts) != size or not right:
                 raise ValueError(f"chunk {number} does not have its rows")
+            if not isinstance(computed_by, str):
+                raise ValueError(f"chunk {number} does not say who computed it")
             if number in self.done:
                 raise ValueError(f"chunk {number} stands there twice")
-            self.done[number] = Answers(number, str(record["arithmetic"]), numbers, texts)
+            self.done[number] = Answers(number, computed_by, numbers, texts)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise self._damaged(str(error)) from error
 
