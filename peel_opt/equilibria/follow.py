@@ -19,6 +19,7 @@ from ..continuation.primary import primary_branch
 from ..continuation.special import BRANCH_POINT, CONTACT, FOLDS, RANGE, Located, locate, located, tip
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
+from ..model.law_samples import agree
 from ..model.named_laws import law_named
 from ..residual.arclength import chart
 from ..residual.closures import closure_for
@@ -102,6 +103,11 @@ class Walk(Iterator[Scalars]):
                 remedy="Follow from one of its points instead, as branch[i].",
             )
         chosen = law or _law_of(start)
+        if isinstance(start, Equilibrium) and start.law_samples and not agree(chosen, start.law_samples):
+            raise InvalidInput(
+                f"the equilibrium was computed with another law than this {chosen.name!r}.",
+                remedy=f"Give the {start.law!r} it was computed with, with the same kinks and formulas.",
+            )
         profile, forward = _start_of(start)
         value = held_at(profile.scalars, hold)
         mesh = FOLLOWED if transcription is None else require_transcription(transcription)

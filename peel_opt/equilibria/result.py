@@ -20,6 +20,7 @@ from .storage import (
     equilibrium_parts,
     equilibrium_record,
     equilibrium_table,
+    own_samples,
     require_agreement,
     scaled_arrays,
     shape_arrays,
@@ -92,6 +93,8 @@ class Equilibrium(Groups[float], Stored):
         that the nearest state is "far from near=" the value asked for, in the groups' units.
     given : dict
         The numbers that were given, by the names of the attributes that have them unchanged.
+    law_samples : tuple of float
+        What tells a law of the user's own from another of its name, where only the shape is kept.
     """
 
     schema = Schema("peel_opt equilibrium", 1)
@@ -112,6 +115,7 @@ class Equilibrium(Groups[float], Stored):
     stats: Stats = field(default_factory=Stats)
     source: Shape | Solution | None = field(default=None, repr=False)
     given: dict[str, float] = field(default_factory=dict, repr=False)
+    law_samples: tuple[float, ...] = field(default=(), repr=False)
 
     # --- the paper's groups -----------------------------------------------------------
 
@@ -258,7 +262,7 @@ class Equilibrium(Groups[float], Stored):
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
-        state["source"] = self.shape  # compiled functions do not travel
+        state |= {"source": self.shape, "law_samples": own_samples(self)}  # compiled functions do not travel
         return state
 
     def __repr__(self) -> str:

@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.records import Column, Table, array, entries, titled
+from ..model.law_samples import samples
+from ..model.named_laws import law_named
 from ..model.rod import Units, rod_from
-from ..residual.shape import Shape
+from ..residual.shape import Shape, Solution
 
 if TYPE_CHECKING:
     from .result import Equilibrium
@@ -83,7 +85,16 @@ def equilibrium_head(eq: Equilibrium) -> dict[str, Any]:
     head |= {name: float(getattr(eq, name)) for name in _FLOATS}
     head |= {name: getattr(eq, name) for name in _TEXTS}
     head |= {"flags": list(eq.flags), "given": eq.given}
+    if own := own_samples(eq):
+        head["law_samples"] = list(own)
     return head | Units.of(eq.rod).rod(eq.rod) | _stats(eq)
+
+
+def own_samples(eq: Equilibrium) -> tuple[float, ...]:
+    """Return samples of the law, where its name does not say which it is."""
+    if not isinstance(eq.source, Solution) or law_named(eq.law) is not None:
+        return eq.law_samples
+    return samples(eq.source.law)
 
 
 def equilibrium_table(eq: Equilibrium, head: Mapping[str, Any]) -> Table:
@@ -138,10 +149,14 @@ def equilibrium_parts(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> di
     flags = head["flags"]
     if not isinstance(flags, list) or not all(isinstance(flag, str) for flag in flags):
         raise ValueError("flags are no texts")
+    own = head.get("law_samples", [])  # likewise
+    if not isinstance(own, list) or not all(isinstance(value, float) for value in own):
+        raise ValueError("law_samples holds no numbers")
     if not isinstance(given, dict) or not all(isinstance(value, float) for value in given.values()):
         raise ValueError("given holds no numbers")
     numbers = entries(head, float, *_FLOATS) | entries(head, str, *_TEXTS)
-    return {"rod": rod_from(head), "flags": tuple(flags), "source": shape, "given": given, **numbers}
+    told = {"flags": tuple(flags), "given": given, "law_samples": tuple(own)}
+    return {"rod": rod_from(head), "source": shape, **told, **numbers}
 
 
 def require_agreement(eq: Equilibrium, head: dict[str, Any], columns: dict[str, np.ndarray]) -> None:

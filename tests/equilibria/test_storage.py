@@ -10,6 +10,7 @@ from dataclasses import asdict, fields
 import numpy as np
 import pytest
 
+import peel_opt as po
 from peel_opt.base.errors import InvalidInput
 from peel_opt.base.files import atomic_write
 from peel_opt.equilibria.ask import equilibrium, pressure_given_length
@@ -305,3 +306,34 @@ def test_a_file_that_unpacks_to_far_too_much_is_refused(tmp_path):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("metadata.npy", b"\0" * 80_000_000)
     refused(path, "too large")
+
+
+@pytest.mark.parametrize("suffix", ["npz", "csv", "pickle"])
+def test_a_law_of_ones_own_is_not_taken_for_another_of_its_name(tmp_path, suffix):
+    steep, slow = (po.CohesiveLaw(lambda u, c=c: 1.0 / (1.0 + u) ** c, name="mine") for c in (2.0, 1.0))
+    eq = po.length_given_pressure(po.Rod.from_ratio(1.0), 0.6, law=steep)
+    if suffix == "pickle":
+        read = pickle.loads(pickle.dumps(eq))
+    else:
+        path = tmp_path / f"eq.{suffix}"
+        eq.to_csv(path) if suffix == "csv" else eq.save(path)
+        read = po.Equilibrium.load(path)
+        again = tmp_path / f"again.{suffix}"
+        read.to_csv(again) if suffix == "csv" else read.save(again)
+        assert po.Equilibrium.load(again).law_samples == read.law_samples != ()
+    walked = po.follow(read, hold="ratio", steps=2, law=steep)
+    assert walked.law == "mine"
+    with pytest.raises(po.InvalidInput, match="another law than this 'mine'"):
+        po.follow(read, hold="ratio", steps=2, law=slow)
+
+
+def test_files_from_before_laws_were_sampled_are_read(tmp_path):
+    law = po.CohesiveLaw(lambda u: 1.0 / (1.0 + u) ** 2, name="mine")
+    path = po.length_given_pressure(po.Rod.from_ratio(1.0), 0.6, law=law).to_csv(tmp_path / "eq.csv")
+    text = path.read_text(encoding="utf-8")
+    kept = [line for line in text.splitlines(keepends=True) if not line.startswith("# law_samples")]
+    assert len(kept) == text.count("\n") - 1
+    path.write_text("".join(kept), encoding="utf-8")
+    read = po.Equilibrium.load(path)
+    assert read.law_samples == ()
+    assert po.follow(read, hold="ratio", steps=2, law=law).law == "mine"
