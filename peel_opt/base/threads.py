@@ -10,10 +10,13 @@ from __future__ import annotations
 import threading
 from contextlib import ContextDecorator
 from functools import lru_cache
+from types import TracebackType
 from typing import Any
 
 import casadi as ca
 from threadpoolctl import OpenBLASController, ThreadpoolController, register
+
+from .interrupts import heard
 
 
 class _CasadiBLAS(OpenBLASController):
@@ -51,6 +54,7 @@ class _OneThread(ContextDecorator):
         self.owed = False
 
     def __enter__(self) -> None:
+        heard.__enter__()
         with self.lock:
             if self.holders == 0:
                 if not self.owed:
@@ -59,14 +63,18 @@ class _OneThread(ContextDecorator):
                     library.set_num_threads(1)
             self.holders += 1
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         with self.lock:
             self.holders -= 1
             if self.holders == 0:
                 for library, threads in zip(_libraries(), self.before, strict=True):
                     library.set_num_threads(threads)
                 self.owed = [library.get_num_threads() for library in _libraries()] != self.before
+        heard.__exit__(kind, error, trace)
 
 
-#: Context and decorator; entering it again costs a microsecond.
+#: Context and decorator; entering it again costs a microsecond.  What is computed in it hears Ctrl-C.
 one_thread = _OneThread()
+heard.quiet |= {_OneThread.__enter__.__code__, _OneThread.__exit__.__code__}

@@ -21,6 +21,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from ..base.errors import NotConverged
+from ..base.interrupts import heard
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.equations import Scalars
@@ -151,6 +152,7 @@ class PrimaryBranch:
                     self.points.append(next(self._walk))
                 while not self.ended and not enough(self.points[-1]):
                     self._advance()
+                heard.check()  # a step may have failed of one
             except BaseException:
                 # What interrupts a walk ends it; nobody may take the part for the whole.
                 self._walk, self.ended = None, ""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from ..base.interrupts import heard
 from ..model.equations import symbolic
 from .closures import Closing, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense
@@ -152,6 +153,7 @@ def newton(
             assert solve is not None
             update = solve(-values)
         except (np.linalg.LinAlgError, RuntimeError, ValueError):
+            heard.check()  # CasADi may have met an interrupt
             return Correction(x, False, iteration, np.inf, update)
         previous, step = step, float((np.abs(update) / scale).max())
         if not step <= 1e3:  # also where it is not a number

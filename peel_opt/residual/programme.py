@@ -19,6 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..base.interrupts import heard
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from .closures import EQUATIONS, Closure, derivatives
@@ -120,6 +121,7 @@ def minimise_lambda(
     return _run(problem, start, (given,), options or Ipopt(max_iterations=200), minimise=True)
 
 
+@heard
 def _run(
     problem: Discretisation, start: np.ndarray, given: tuple[Closure, ...], options: Ipopt, *, minimise: bool
 ) -> NlpSolution:
