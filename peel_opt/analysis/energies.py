@@ -22,7 +22,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.optimize import brentq
 
 from ..base.arrays import Columns
-from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
+from ..base.errors import InvalidInput, NotConverged
 from ..base.quadrature import Grid, gauss
 from ..base.threads import one_thread
 from ..continuation.family import Family
@@ -79,8 +79,8 @@ class Energies(Columns):
 
         Raises
         ------
-        NoEquilibrium
-            If Gamma does not return to zero before the branch ends.
+        NotConverged
+            If Gamma is not seen to return to zero on the branch.
         """
         i, gamma = self._return(), self.gamma
         spline, P = CubicSpline(self.A, gamma), CubicSpline(self.A, self.pressure_ratio)
@@ -94,7 +94,7 @@ class Energies(Columns):
 
         Raises
         ------
-        NoEquilibrium
+        NotConverged
             As for `equal_area_pressure`.
         """
         i, found = self._return(), self.equal_area_pressure()
@@ -109,8 +109,8 @@ class Energies(Columns):
         gamma = self.gamma
         turns = np.flatnonzero((gamma[1:-1] > 0.0) & (gamma[2:] <= 0.0))
         if not turns.size:
-            raise NoEquilibrium(
-                "Gamma does not return to zero on this branch.", remedy="Trace it to contact."
+            raise NotConverged(
+                "a return of Gamma to zero was not met on this branch.", remedy="Trace it to contact."
             )
         return int(turns[0]) + 1
 

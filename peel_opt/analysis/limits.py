@@ -16,6 +16,7 @@ import numpy as np
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, PeelOptError
 from ..continuation.family import Family
 from ..continuation.goal import minimum_pressure
+from ..continuation.landing import UNFINISHED
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
@@ -103,6 +104,14 @@ def _least_length(branch: PrimaryBranch) -> Located:
 def _longest_length(branch: PrimaryBranch) -> Located:
     """The fold at which the length is greatest."""
     branch.extend(lambda _: False)
+    if branch.ended in UNFINISHED:
+        ratio, last = branch.family.closure.value, branch.points[-1].scalars
+        reached = f"p/T0 = {last.pressure_ratio:.4g}, sbar/eta = {last.sigma:.4g}"
+        raise NotConverged(
+            f"the greatest length at eta/y0 = {ratio:.6g} was not met for certain: the branch could be"
+            f" followed to {reached} only.",
+            remedy="Try law (8), or another eta/y0.",
+        )
     found = []
     for fold in branch.folds:
         i = branch.points.index(fold.point)

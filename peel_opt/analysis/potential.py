@@ -304,8 +304,8 @@ class EffectivePotential:
         equal = zeros(depth, np.linspace(low, fold, _SCAN + 1))
         if not equal:
             raise NoEquilibrium(
-                f"no Maxwell point at beta0 = {self.beta0:g}: the detached minimum stays above the adhered"
-                f" one for alpha1 down to {low:.4g}, where the branch ends.",
+                f"no Maxwell point at beta0 = {self.beta0:g} as far as the branch is known: the detached"
+                f" minimum stays above the adhered one for alpha1 down to {low:.4g}.",
                 remedy="Ask for a smaller beta0, a higher order or a longer branch.",
             )
         return Level(float(self.curve(equal[-1])), equal[-1], "maxwell", self)

@@ -104,7 +104,7 @@ class PressureLoop(Loop[PressureSweep, PressureJump]):
 
     @property
     def minimum_pressure(self) -> float:
-        """Pressure [Pa] below which no detached state exists."""
+        """Least pressure [Pa] of the branch, at which the rod re-adheres."""
         return self.jumps[1].pressure
 
     def plot(self, ax: Axes | None = None) -> Axes:

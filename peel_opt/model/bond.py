@@ -248,7 +248,7 @@ class CohesiveLaw:
         while self.mean_traction(high) > P and high < HIGHEST:
             high *= 2.0
         if P >= 1.0 or high >= HIGHEST:
-            raise NoEquilibrium(f"no tip height has p/T0 = {P:g} under law {self.name!r}.")
+            raise NoEquilibrium(f"no tip height was met that has p/T0 = {P:g} under law {self.name!r}.")
 
         def excess(u: float) -> float:
             return P * u - self.separation_work(u) if u > WIDE else u * (self.mean_drop(u) - (1.0 - P))

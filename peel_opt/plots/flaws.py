@@ -67,7 +67,7 @@ def plot_held_lengths(branch: Branch, ax: Axes | None = None) -> Axes:
     middle = between(left, right)
     texts = [
         (middle, between(top, ceiling), r"the bond itself fails, $p \geq T_0$"),
-        (middle, between(floor, bottom), r"no detached equilibrium, $p < p_{\min}$"),
+        (middle, between(floor, bottom), r"no such equilibrium, $p < p_{\min}$"),
     ]
     for where, height, text in texts:
         ax.text(where, height, text, ha="center", va="center", fontsize=style.SMALL)

@@ -292,3 +292,12 @@ def test_elasticities_of_zero_are_not_numbers() -> None:
     found = replace(po.sensitivities(eq), value=0.0)
     assert math.isnan(found.elasticities["length"])
     assert math.isnan(found.error)
+
+
+def test_the_greatest_length_is_not_denied_on_a_branch_that_cannot_be_followed() -> None:
+    law = po.CohesiveLaw(  # it hardens: the angle of the tip vanishes, and the walk ends
+        [lambda u: 1 - u, lambda u: 0.4 + 0.8 * (u - 0.6), lambda u: 0.8 - 0.8 * (u - 1.1), lambda u: 0 * u],
+        kinks=(0.6, 1.1, 2.1),
+    )
+    with pytest.raises(po.NotConverged, match="not met for certain"):
+        po.sensitivities(po.Rod.from_ratio(3.0), "longest_length", law=law)

@@ -23,7 +23,7 @@ def test_a_chart_has_units_and_promises_nothing_about_flaws(
     assert units[0] in ax.get_xlabel()
     assert units[1] in ax.get_ylabel()
     texts = " ".join(t.get_text() for t in ax.texts)
-    for words in ("bond itself fails", "no detached equilibrium"):
+    for words in ("bond itself fails", "no such equilibrium"):
         assert words in texts
     assert "which nothing holds there" in ax.get_title(loc="left")
     for promise in ("grow", "close", "flaw", "safe"):

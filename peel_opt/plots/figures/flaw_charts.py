@@ -26,6 +26,6 @@ def figure_held_lengths(points: int = 60) -> Figure:
     look.footnote(
         figure,
         "Law (8).  Dashed: unfolded flap in equilibrium, which nothing holds there; its length contains the"
-        " cohesive zone in it.  Dot: T.  Diamond: minimum pressure, below which there is no equilibrium.",
+        " cohesive zone in it.  Dot: T.  Diamond: least pressure of the branch.",
     )
     return figure
