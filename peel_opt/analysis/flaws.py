@@ -15,7 +15,7 @@ from ..continuation.goal import minimum_pressure
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located, found_again
 from ..equilibria.ask import length_given_pressure, pressure_given_length
-from ..equilibria.posed import known_law
+from ..equilibria.question import known_law
 from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, require_rod

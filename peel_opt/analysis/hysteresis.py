@@ -14,9 +14,9 @@ import numpy as np
 
 from ..base.checks import known_beta0, pair, positive, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
-from ..equilibria.posed import known_law
+from ..equilibria.question import known_law
 from ..equilibria.trace import trace
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
 from .branch_potential import points_potential
@@ -111,7 +111,7 @@ def hysteresis(
             )
         chosen = COHESIVE if law is None else known_law(law) or COHESIVE
         return sweep_pressure(require_rod(rod), points, tol, chosen)
-    if law is not None and known_law(law) != LINEAR:
+    if law is not None and not ((bond := known_law(law)) and bond.is_linear):
         raise InvalidInput("at fixed beta0 the loop is that of the linear law.", remedy="Leave out law=.")
     assert beta0 is not None
     b0 = known_beta0(beta0)

@@ -19,7 +19,7 @@ from ..continuation.goal import minimum_pressure
 from ..continuation.landing import UNFINISHED
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.rod import require_ratio
 from ..residual.closures import Closure, Plane
@@ -126,7 +126,7 @@ def _longest_length(branch: PrimaryBranch) -> Located:
 def _no_fold(family: Family, words: str) -> PeelOptError:
     """Say that a length does not fold; just above the cusp, where it does, that the walk misses it."""
     ratio, law = family.closure.value, family.law
-    if law != COHESIVE:
+    if not law.falls_straight:
         return NoEquilibrium(
             f"at eta/y0 = {ratio:.6g} {words} under law {law.name!r}.", remedy="Try a larger eta/y0."
         )
@@ -143,7 +143,7 @@ def _no_fold(family: Family, words: str) -> PeelOptError:
 
 def _maxwell(ratio: float, law: CohesiveLaw) -> Gradient:
     """The Maxwell point is a reading of the paper's potential, which law (8) and the linear law share."""
-    if law not in (COHESIVE, LINEAR):
+    if not law.falls_straight:
         raise InvalidInput(
             f"the Maxwell length belongs to the paper's laws, not to {law.name!r}.", remedy="Leave out law=."
         )

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.errors import InvalidInput
 from ..base.units import display
-from ..equilibria.posed import ANSWERS, known_law
+from ..equilibria.question import ASKS, LENGTH, Measure, answering, known_law
 from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import MATERIAL, UNITS, Rod
@@ -22,17 +22,8 @@ from ..residual.shape import Solution
 from .limits import LIMITS
 from .surface import Gradient, gradient
 
-#: Powers of k, T0, y0 in eta, in r = eta/y0 and in the units of the answers.
-ETA = np.array([1.0, -1.0, 0.0]) / 3.0
-RATIO = ETA - [0.0, 0.0, 1.0]
-POWERS = {"pressure": np.array([0.0, 1.0, 0.0]), "length": ETA}
-
-#: By what was asked: its public name, that of what was given, and the closures held.
-QUESTIONS = {
-    "pressure_ratio": ("pressure", "length", ("ratio", "length")),
-    "length_ratio": ("length", "pressure", ("ratio", "pressure")),
-    "alpha1": ("alpha1", "", ("length", "lam")),
-}
+#: Powers of k, T0, y0 in r = eta/y0.
+RATIO = np.array(LENGTH.powers) - [0.0, 0.0, 1.0]
 
 
 @dataclass(frozen=True)
@@ -104,7 +95,7 @@ class Sensitivities:
         ]
         for name, e in self.elasticities.items():
             below = self.units[name]
-            per = f"{unit}/({below})" if " " in below else f"{unit}/{below}" if below else unit
+            per = f"{unit}/({below})" if {" ", "/"} & set(below) else f"{unit}/{below}" if below else unit
             d = self.derivatives[name]
             relative = self.errors[name] / abs(d) if d else math.inf
             shown = self._shown(name, self.parameters[name])
@@ -165,7 +156,7 @@ def sensitivities(
             )
         limit = LIMITS[of]
         gradient_of = limit.differentiate(subject.ratio, known_law(law) or COHESIVE)
-        return _of_rod(subject, of, limit.kind, gradient_of, "", 0.0)
+        return _of_rod(subject, of, ASKS[limit.kind].given, gradient_of)
     if of is not None:
         raise InvalidInput(f"of={of!r} belongs to a rod; an equilibrium has one answer.")
     if law != "auto":
@@ -182,46 +173,51 @@ def sensitivities(
             "this equilibrium carries no discrete solution to differentiate.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    asked, given, kinds = QUESTIONS[subject.answered]
-    found = gradient(subject.source, kinds, ANSWERS[subject.answered])
+    asks = answering(subject.answered, subject.given)
+    found = gradient(subject.source, (asks.held, asks.given), asks.asked.read)
     if subject.rod is None:
         return _of_groups(subject, found)
-    return _of_rod(subject.rod, asked, asked, found, given, getattr(subject, given))
+    name = asks.given.name
+    held = subject.given[name] if name in subject.given else getattr(subject, name)
+    return _of_rod(subject.rod, asks.asked.name, asks.asked, found, asks.given, held)
 
 
-def _of_rod(rod: Rod, of: str, kind: str, found: Gradient, given: str, held: float) -> Sensitivities:
-    """Chain rule: value = U F(r, g), U = T0 or eta, r = eta/y0, and g = given over its unit.
+def _of_rod(
+    rod: Rod, of: str, measure: Measure, found: Gradient, given: Measure | None = None, held: float = 0.0
+) -> Sensitivities:
+    """Chain rule: value = U F(r, g), U its unit, r = eta/y0, and g = given over its unit.
 
     Parameters
     ----------
-    kind : {"pressure", "length"}
+    measure : Measure
         What the value is.
     found : Gradient
         Of F by r, and by g if something was given.
-    given : str
-        "length", "pressure" or empty.
+    given : Measure or None
+    held : float
+        The given number, in the units of the rod.
     """
-    units = {"pressure": rod.adhesion_strength, "length": rod.eta}
     material = np.array([getattr(rod, name) for name in MATERIAL])
-    U, F = units[kind], found.value
+    U, F = measure.from_ratio(rod, 1.0), found.value
     # d log / d log k, T0, y0 of what the value is made of, times the value.
     response = np.outer(RATIO, found.given[:1])
-    if given:
-        response = np.column_stack([response, -POWERS[given] * found.given[1]])
-    slopes = U * (F * POWERS[kind] + response @ found.derivatives) / material
+    if given is not None:
+        response = np.column_stack([response, -np.array(given.powers) * found.given[1]])
+    slopes = U * (F * np.array(measure.powers) + response @ found.derivatives) / material
     errors = U * (np.abs(response) @ found.errors) / material
     derivatives = dict(zip(MATERIAL, slopes.tolist(), strict=True))
     bounds = dict(zip(MATERIAL, errors.tolist(), strict=True))
     parameters = dict(zip(MATERIAL, material.tolist(), strict=True))
     dimensionless = {"ratio": float(found.derivatives[0])}
-    if given:
-        derivatives[given] = float(U / units[given] * found.derivatives[1])
-        bounds[given] = float(U / units[given] * found.errors[1])
-        parameters[given] = held
-        dimensionless[f"{given}_ratio"] = float(found.derivatives[1])
-    si = {"pressure": "T0", "length": "eta"} if rod.dimensionless else {"pressure": "Pa", "length": "m"}
     named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else UNITS
-    labels = {**named, **si, of: si[kind]}
+    labels = {**named, of: measure.name_of_unit(rod)}
+    if given is not None:
+        per = U / given.from_ratio(rod, 1.0)
+        derivatives[given.name] = float(per * found.derivatives[1])
+        bounds[given.name] = float(per * found.errors[1])
+        parameters[given.name] = held
+        dimensionless[given.attribute] = float(found.derivatives[1])
+        labels[given.name] = given.name_of_unit(rod)
     return Sensitivities(of, U * F, parameters, derivatives, bounds, dimensionless, labels)
 
 

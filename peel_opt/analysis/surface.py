@@ -20,6 +20,7 @@ import numpy as np
 
 from ..base.errors import AtFold, NotConverged
 from ..base.threads import one_thread
+from ..equilibria.question import Measure
 from ..model.equations import Scalars
 from ..residual.arclength import chart
 from ..residual.closures import Closure
@@ -42,14 +43,6 @@ SOLVE_ROUNDING = 1e-12
 
 #: Relative error from which on a gradient counts as unknown.
 UNKNOWN = 0.1
-
-#: The value that each closure has at a solution.
-HELD: dict[str, Callable[[Scalars], float]] = {
-    "ratio": lambda s: s.ratio,
-    "length": lambda s: s.sigma,
-    "pressure": lambda s: s.pressure_ratio,
-    "lam": lambda s: s.lam,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,16 +75,16 @@ class _Plane:
 
 
 @one_thread
-def gradient(source: Solution, kinds: tuple[str, str], read: Callable[[Scalars], float]) -> Gradient:
+def gradient(source: Solution, held: tuple[Measure, Measure], read: Callable[[Scalars], float]) -> Gradient:
     """Differentiate a number of a solution with respect to two given ones.
 
     Parameters
     ----------
     source : Solution
         On any mesh, by any method.
-    kinds : tuple of str
-        The closures that stay given, keys of `HELD`.  At beta0 = 0 the first derivative, there
-        with respect to "length", is the one with respect to beta0.
+    held : tuple of Measure
+        What stays given.  At beta0 = 0 the first derivative, there
+        with respect to sbar/eta, is the one with respect to beta0.
     read : callable
         The number as a function of the scalars.
 
@@ -104,7 +97,7 @@ def gradient(source: Solution, kinds: tuple[str, str], read: Callable[[Scalars],
     """
     problem, x = source.problem, source.x
     scalars = problem.scalars(x)
-    given = tuple(Closure(kind, float(HELD[kind](scalars))) for kind in kinds)
+    given = tuple(Closure(measure.kind, float(measure.read(scalars))) for measure in held)
     mesh = problem.settings
     # A spectral form as small as it may be; at beta0 = 0 it is what is affine in beta0.
     if mesh is None or isinstance(mesh, Spectral) or scalars.sigma == 0.0:

@@ -10,8 +10,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, mod
 
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse, unit_in
-from ..equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
+from ..equilibria.ask import ask_rod, equilibrium
 from ..equilibria.methods import as_method
+from ..equilibria.question import ASKS, Asks
 from ..equilibria.result import Equilibrium
 from ..model.labels import known_state
 from ..model.rod import Rod
@@ -155,6 +156,11 @@ class QuestionTable(CardTable):
         return "".join(name for name in names if getattr(self, name) is not None)
 
     @property
+    def _asks(self) -> Asks:
+        """What is given of a rod, with a unit or as a ratio, and what that asks for."""
+        return ASKS[self.given.removesuffix("_ratio")]
+
+    @property
     def asked(self) -> dict[str, Any]:
         """What is asked, whatever it is called and however it is answered."""
         return self.model_dump(exclude={"name", "tol", "method"}, exclude_none=True)
@@ -173,10 +179,10 @@ class QuestionTable(CardTable):
             second = f"beta1 = {problem.beta1:g}" if problem.lam is None else f"lambda = {problem.lam:g}"
             words = f"alpha1 at beta0 = {problem.beta0:g}, {second}"
         else:
-            asked = "length" if self.given.startswith("pressure") else "pressure"
-            symbol = {"pressure_ratio": "p/T0 = ", "length_ratio": "sbar/eta = "}.get(self.given, "")
+            given, asked = self._asks
+            symbol = f"{given.symbol} = " if self.given == given.attribute else ""
             value = getattr(self, self.given)
-            words = f"{asked} at {symbol}{value if isinstance(value, str) else f'{value:g}'}"
+            words = f"{asked.name} at {symbol}{value if isinstance(value, str) else f'{value:g}'}"
         near = None if self.near is None else f"near {self.near}"
         details = (self.state, self.law and f"{self.law} law", near)
         # What was typed over several lines is one name all the same.
@@ -203,21 +209,21 @@ class QuestionTable(CardTable):
             raise InvalidInput("give one of pressure, pressure_ratio, length and length_ratio.")
         value = self._in_units_of(problem, self.given)
         near = None if self.near is None else self._in_units_of(problem, "near")
-        ask = length_given_pressure if self.given.startswith("pressure") else pressure_given_length
+        ask: Callable[..., Equilibrium] = ask_rod
         if unit := unit_in(getattr(self, self.given)):
             size = self._in_units_of(problem, self.given, f"1 {unit}")
             ask = partial(_with_nearest_in, unit, size, ask)
-        return partial(ask, problem, value, near=near, **options)
+        return partial(ask, problem, self._asks.given.name, value, near=near, **options)
 
     def _in_units_of(self, rod: Rod, name: str, text: str = "") -> float:
         """Return a field, or another text in its place, in the units of the rod."""
         raw: Any = text or getattr(self, name)
-        if name.endswith("_ratio"):
-            return rod.pressure(raw) if name == "pressure_ratio" else rod.length(raw)
-        if name == "length" or (name == "near" and self.given.startswith("pressure")):
-            kind, own = LENGTH, {"eta": rod.eta, "y0": rod.adhesion_range}
-        else:
-            kind, own = PRESSURE, {"T0": rod.adhesion_strength}
+        given, asked = self._asks
+        measure = asked if name == "near" else given
+        if name == measure.attribute:
+            return measure.from_ratio(rod, raw)
+        own_units = {"eta": rod.eta, "y0": rod.adhesion_range}, {"T0": rod.adhesion_strength}
+        kind, own = {"m": (LENGTH, own_units[0]), "Pa": (PRESSURE, own_units[1])}[measure.unit]
         if rod.dimensionless:
             kind = NUMBER
         return parse(name, raw, kind, own=own, signed=name == "near")

@@ -29,7 +29,7 @@ ASIDE = 1e-6
 STEPS = 8
 
 
-class Curve(Protocol):
+class SolutionCurve(Protocol):
     """What a family of equilibria is, for a corner of it."""
 
     @property
@@ -48,19 +48,19 @@ class Curve(Protocol):
     ) -> Point: ...
 
 
-def next_corner(curve: Curve, here: Point, reach: float) -> Point | None:
+def next_corner(curve: SolutionCurve, here: Point, reach: float) -> Point | None:
     """Return the corner that the tangent leads to within ``reach``; None where it leads to none."""
     if not curve.law.jumps or not curve.tip_free:
         return None
     return _tip_at_a_jump(curve, here, reach) or _end_of_inner_phase(curve, here, reach)
 
 
-def crossed(curve: Curve, here: Point, there: Point) -> bool:
+def crossed(curve: SolutionCurve, here: Point, there: Point) -> bool:
     """Whether the tip is in another piece of a law that jumps than it was."""
     return bool(curve.law.jumps) and here.problem.phases[0] != there.problem.phases[0]
 
 
-def _tip_at_a_jump(curve: Curve, here: Point, reach: float) -> Point | None:
+def _tip_at_a_jump(curve: SolutionCurve, here: Point, reach: float) -> Point | None:
     """Return the point at which the tip is at a jump.
 
     By the first integrals of (12) the pressure there is the mean traction up to the jump.
@@ -93,7 +93,7 @@ def _tip_at_a_jump(curve: Curve, here: Point, reach: float) -> Point | None:
     return _as_corner(curve, here, reach, new, solved.x, turned=rise * (high - low) < 0.0)
 
 
-def _end_of_inner_phase(curve: Curve, here: Point, reach: float) -> Point | None:
+def _end_of_inner_phase(curve: SolutionCurve, here: Point, reach: float) -> Point | None:
     """Return the point at which the rod only touches a jump, on whose far side a part of it has been.
 
     The length of that part goes to zero as the way to the corner does.  The merged shape leaves the
@@ -130,7 +130,7 @@ def _end_of_inner_phase(curve: Curve, here: Point, reach: float) -> Point | None
 
 
 def _as_corner(
-    curve: Curve, here: Point, reach: float, problem: Discretisation, x: np.ndarray, *, turned: bool
+    curve: SolutionCurve, here: Point, reach: float, problem: Discretisation, x: np.ndarray, *, turned: bool
 ) -> Point | None:
     """Return a solution as the corner after ``here``, with the tangent that leads away from it."""
     point = curve.point(problem, x, here.direction, 0.0, 0)

@@ -162,7 +162,9 @@ class Family:
             here = there
             yield here
 
-    def land(self, here: Point, there: Point, other: Closure) -> tuple[Discretisation, Correction] | None:
+    def solve_between(
+        self, here: Point, there: Point, other: Closure
+    ) -> tuple[Discretisation, Correction] | None:
         """Solve between two neighbouring points for a closure that changes sign between them.
 
         Near a fold of the closure its Newton basin is tiny, so the bracket is narrowed by
@@ -192,7 +194,7 @@ class Family:
 
     def at(self, here: Point, there: Point, other: Closure) -> Point | None:
         """Return the point between two neighbours at which a further closure holds; None on failure."""
-        landed = self.land(here, there, other)
+        landed = self.solve_between(here, there, other)
         if landed is None:
             return None
         problem, result = landed

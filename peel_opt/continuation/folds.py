@@ -146,7 +146,7 @@ class FoldFamily(Family):
         """
         sigma = Closure("length", math.cbrt(beta0))
         branch = primary_branch(self.law, sigma)
-        fold = branch.reach("LP-lambda")
+        fold = branch.continue_to("LP-lambda")
         solved = self.solve(fold.point.profile, sigma) if fold is not None else None
         if solved is None:
             raise NotConverged(

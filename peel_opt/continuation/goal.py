@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ..base.errors import NoEquilibrium, NotConverged
 from ..model.groups import PI4
-from ..residual.closures import Closure
+from ..residual.closures import READINGS, Closure
 from .primary import PrimaryBranch
 from .special import Located
 
@@ -24,7 +24,7 @@ class Goal:
     Parameters
     ----------
     target : Closure
-        The given number, of the kind "length", "pressure" or "lam".
+        The given number, of a kind in `READINGS`.
     anywhere : bool
         Whether also the folded states are meant, beyond the minimum pressure.
     """
@@ -35,16 +35,20 @@ class Goal:
     def passed(self, branch: PrimaryBranch) -> bool:
         """Whether a walk has passed every state that may be meant."""
         s, target = branch.points[-1].scalars, self.target
+        reached = READINGS[target.kind](s)
         if branch.side < 0 or target.kind == "lam":
-            return len(branch.points) > 1 and (s.lam if target.kind == "lam" else s.sigma) > target.value
+            return len(branch.points) > 1 and reached > target.value
+        # p may fall for ever while the length grows.
+        endless = not branch.family.law.branch_ends and len(branch.points) > ENDLESS
         if self.anywhere:
-            # p may fall for ever while the length grows.
-            return not branch.family.law.branch_ends and len(branch.points) > ENDLESS
+            return endless
         if branch.fold("LP-pressure") is not None:
             return True
         if target.kind == "pressure":
-            return s.pressure_ratio < target.value
-        return s.pressure_ratio < 0.0 and s.sigma > target.value
+            return reached < target.value
+        if target.kind == "length":
+            return s.pressure_ratio < 0.0 and reached > target.value
+        return endless
 
     def walk(self, branch: PrimaryBranch) -> None:
         """Walk on until it has."""
@@ -80,7 +84,7 @@ def minimum_pressure(branch: PrimaryBranch) -> Located:
     NotConverged
         If the walk stalls before.
     """
-    fold = branch.reach("LP-pressure")
+    fold = branch.continue_to("LP-pressure")
     if fold is not None:
         return fold
     ratio, law = branch.family.closure.value, branch.family.law

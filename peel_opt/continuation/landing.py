@@ -71,7 +71,7 @@ def with_asked(
         given = _given(name, value)
         if any(p.miss(given) == 0.0 for p in points):
             met.add((name, value))
-        for found in landings(family, points, name, value):
+        for found in points_at(family, points, name, value):
             met.add((name, value))
             same = next((p for p in points if np.linalg.norm(p.place - found.place) < SAME_PLACE), None)
             landed = found if same is None else replace(found, arclength=same.arclength)
@@ -85,7 +85,7 @@ def _given(name: str, value: float) -> Closure:
     return Closure("length", value) if name == "length_ratio" else closure_for(name, value)
 
 
-def landings(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
+def points_at(family: Family, points: list[Point], name: str, value: float) -> list[Point]:
     """Points of a branch at which a quantity has a value exactly."""
     given = _given(name, value)
     misses = [p.miss(given) for p in points]

@@ -103,7 +103,7 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Landed:
+class SolvedState:
     """A converged solution for the given numbers, on the mesh of a walk."""
 
     problem: Discretisation

@@ -23,20 +23,17 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..base.interrupts import heard
 from ..base.threads import one_thread
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual.closures import READINGS, Closure, misses
 from ..residual.discretisation import Profile
 from ..residual.meshes import PATH
 from .family import Family, StepControl, transition
-from .points import Landed, Point
+from .points import Point, SolvedState
 from .special import CONTACT, FOLDS, Located, locate, located, tip
 
 #: Depth below the plate, as a share of the largest height, that no mesh puts a detached rod to.
 BELOW = 1e-3
-
-#: Largest kink of a law, or ranges without one, up to which its traction is looked at.
-WIDEST = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +69,10 @@ class Candidate:
 
     def holds(self, other: Candidate) -> bool:
         """Whether the solution of another walk lies between these neighbours."""
-        return self.family.between(self.here, self.there, other.landed.place)
+        return self.family.between(self.here, self.there, other.solution.place)
 
     @cached_property
-    def landed(self) -> Landed:
+    def solution(self) -> SolvedState:
         """The solution itself.
 
         Raises
@@ -83,18 +80,18 @@ class Candidate:
         NotConverged
             If it cannot be reached from either neighbour.
         """
-        landed = self.family.land(self.here, self.there, self.given)
+        landed = self.family.solve_between(self.here, self.there, self.given)
         if landed is None:
             raise NotConverged(
                 f"lost the branch between two neighbouring points while looking for {self.given}.",
                 remedy="Move the given number a little, or pick another state.",
             )
-        return Landed(*landed, (self.family.closure, self.given))
+        return SolvedState(*landed, (self.family.closure, self.given))
 
     @property
     def profile(self) -> Profile:
         """The solution itself, sampled."""
-        return self.landed.profile
+        return self.solution.profile
 
 
 def crossings(
@@ -206,9 +203,9 @@ class PrimaryBranch:
 
         No state of it has a part below the plate, and under law (8) the tip turns further all the way.
         """
-        if not (self._is_rod and self.side > 0 and self.mode == 1 and self.family.law != LINEAR):
+        if not (self._is_rod and self.side > 0 and self.mode == 1 and self.family.law.branch_ends):
             return False
-        if self.family.law == COHESIVE and there.scalars.A <= here.scalars.A:
+        if self.family.law.falls_straight and there.scalars.A <= here.scalars.A:
             return True
         heights = there.scalars.A * there.profile.values[:, :, 4]
         return bool(heights.min() < -BELOW * np.abs(heights).max())
@@ -263,12 +260,12 @@ class PrimaryBranch:
     @property
     def _minimum(self) -> Located | None:
         """The minimum pressure as far as it is known: the first fold, where the traction never rises."""
-        if softens(self.family.law):
+        if self.family.law.softens:
             return self.fold("LP-pressure")
         folds = (f for f in self.folds if f.kind == "LP-pressure")
         return min(folds, key=lambda f: f.point.scalars.pressure_ratio, default=None)
 
-    def reach(self, kind: str) -> Located | None:
+    def continue_to(self, kind: str) -> Located | None:
         """Walk on to the first fold of a kind; None if the branch ends before."""
         self.extend(lambda _: self.fold(kind) is not None)
         return self.fold(kind)
@@ -297,14 +294,6 @@ class PrimaryBranch:
         return crossings(self.family, self.points, given, self.state_at)
 
 
-@lru_cache(maxsize=64)
-def softens(law: CohesiveLaw) -> bool:
-    """Whether the traction of a law never rises: then the pressure falls to one minimum and rises."""
-    places = np.unique([*np.linspace(0.0, WIDEST * max(law.kinks, default=1.0), 400), *law.kinks])
-    traction = np.array([law.traction(float(u)) for u in places])
-    return bool(np.all(np.diff(traction) <= 1e-12))
-
-
 def first_point(family: Family, mode: int = 1) -> Point:
     """T, or for a law without slope at u = 0 a point near p = T0 reached by homotopy."""
     if family.law.initial_slope > 0.0:
@@ -325,7 +314,7 @@ HIGHEST = (1.0 - 1e-7, 1.0 - 1e-6, 1.0 - 1e-5, 0.9999, 0.9995)
 def _by_homotopy(family: Family) -> Point:
     """Blend law (8) into the family's law at fixed pressure, then walk back towards T0."""
     start = primary_branch(COHESIVE, family.closure)
-    fold = start.reach("LP-pressure")
+    fold = start.continue_to("LP-pressure")
     # A stiff rod has no state so low: half way down to its least pressure, then.
     half_way = 0.5 * (1.0 + fold.point.scalars.pressure_ratio) if fold else 0.0
     furthest = 0.0

@@ -34,7 +34,7 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
     phases, _ = CHARTS[name]
     ratio = ratio_at(name, place)
     branch = primary_branch(COHESIVE, Closure("ratio", ratio))
-    minimum = branch.reach("LP-pressure")
+    minimum = branch.continue_to("LP-pressure")
     assert minimum is not None
     first, last = 0.0, minimum.point.scalars.A
     if name != "whole":
@@ -57,7 +57,7 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
 
 def _state(branch: PrimaryBranch, given: Closure) -> tuple[int, np.ndarray]:
     """Return how many phases the first state of a branch at a number has, and its unknowns."""
-    landed = branch.candidates(given)[0].landed
+    landed = branch.candidates(given)[0].solution
     if landed.problem.settings != MESH:
         raise RuntimeError(f"walks are on {landed.problem.settings}")
     return len(landed.problem.phases), landed.correction.x

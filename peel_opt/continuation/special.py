@@ -80,11 +80,14 @@ def apart(point: Point) -> float:
 PRESSURE: tuple[str, Monitor] = ("LP-pressure", lambda p: p.rate(lambda s: s.pressure_ratio))
 LENGTH: tuple[str, Monitor] = ("LP-length", lambda p: p.turn.sigma)
 LAMBDA: tuple[str, Monitor] = ("LP-lambda", lambda p: p.turn.lam)
-RANGE: tuple[tuple[str, Monitor], ...] = (
+
+#: What is located besides folds: a kind, named in words in `model.labels`, and what changes sign there.
+EVENTS: list[tuple[str, Monitor]] = [
     ("y=y0", tip_excess),
     ("y=y0", highest_excess),
     ("self-contact", apart),
-)
+]
+
 #: What folds, where the monitor of a fold is its rate along the branch.
 FOLDING: dict[str, Callable[[Point], float]] = {
     "LP-length": lambda p: p.scalars.sigma,
@@ -174,9 +177,7 @@ def place_error(family: Family, found: Located) -> float:
     return shift * (1.0 + 1.0 / family.transcription.sure_gain) + found.bracket[1] - found.bracket[0]
 
 
-def locate(
-    family: Family, points: Sequence[Point], monitors: tuple[tuple[str, Monitor], ...]
-) -> list[Located]:
+def locate(family: Family, points: Sequence[Point], monitors: Sequence[tuple[str, Monitor]]) -> list[Located]:
     """Find the special points between neighbouring points, in order along the branch."""
     found: list[Located] = []
     for kind, monitor in monitors:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InvalidInput
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..residual.discretisation import PROFILE_POINTS, Profile, chebyshev
@@ -71,7 +71,7 @@ class TipShooting:
     touching: bool = False
 
     def __post_init__(self) -> None:
-        if self.law not in (LINEAR, COHESIVE):
+        if not self.law.falls_straight:
             raise InvalidInput(
                 f"the search for further states knows the linear law and law (8), not {self.law.name!r}."
             )
@@ -81,7 +81,7 @@ class TipShooting:
         if self.touching:
             return np.zeros_like(P)
         linear = 2.0 * (1.0 - P)
-        if self.law == LINEAR:
+        if self.law.is_linear:
             return linear
         return np.where(P >= 0.5, linear, 0.5 / np.maximum(P, 1e-12))
 
@@ -104,7 +104,7 @@ class TipShooting:
         theta, turn, nx, ny, y = z
         sine, cosine = np.sin(theta), np.cos(theta)
         u = self.ratio * y
-        lost = u if self.law == LINEAR else np.minimum(u, 1.0)  # 1 - tau
+        lost = u if self.law.is_linear else np.minimum(u, 1.0)  # 1 - tau
         slopes = np.empty_like(z)
         slopes[0], slopes[1], slopes[2] = turn, ny * cosine - nx * sine, -P * sine
         slopes[3], slopes[4] = P * cosine - 1.0 + lost, sine

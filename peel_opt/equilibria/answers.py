@@ -18,26 +18,13 @@ from ..model.groups import PI4
 from ..model.labels import known_state
 from ..model.rod import Rod
 from ..residual.certificate import HEIGHT_NOISE
-from .ask import equilibrium, length_given_pressure, pressure_given_length
+from .ask import ask_rod, equilibrium
 from .batches import FoundTogether, Many, find
-from .posed import known_law
+from .question import ASKS, known_law
 from .result import Equilibrium
 
-#: What a call may give, and the number that answers it.
-ASKS = {
-    ("ratio", "pressure_ratio"): "length_ratio",
-    ("ratio", "length_ratio"): "pressure_ratio",
-    ("beta0", "lam"): "alpha1",
-}
-
-#: Closures of what may be given.
-CLOSURES = {
-    "ratio": "ratio",
-    "pressure_ratio": "pressure",
-    "length_ratio": "length",
-    "beta0": "length",
-    "lam": "lam",
-}
+#: The kinds of question, by the names of what is given.
+KINDS = {(asks.beside, asks.given.attribute): asks for asks in ASKS.values()}
 
 #: Arrays of numbers and of texts that every answer has.
 NUMBERS = (
@@ -105,7 +92,7 @@ class Answers(Stored):
     @property
     def asked(self) -> str:
         """Name of the number that answers."""
-        return ASKS[self.given]
+        return KINDS[self.given].asked.attribute
 
     @property
     def values(self) -> np.ndarray:
@@ -156,7 +143,7 @@ class Answers(Stored):
     @classmethod
     def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Answers:
         given = tuple(str(name) for name in head["given"])
-        if given not in ASKS:
+        if given not in KINDS:
             raise ValueError(f"{given} are no question")
         shape = arrays["statuses"].shape
         kept: dict[str, Any] = {name: array(arrays, name, "f", shape) for name in NUMBERS}
@@ -225,7 +212,7 @@ def answers(
         "lam": lam,
     }
     given = tuple(name for name, value in offered.items() if value is not None)
-    if given not in ASKS:
+    if given not in KINDS:
         raise InvalidInput(
             f"{', '.join(given) or 'nothing'} given is no question.",
             remedy="Give ratio and pressure_ratio, ratio and length_ratio, or beta0 and lam.",
@@ -235,8 +222,7 @@ def answers(
     first, second = given
     sides = [np.cbrt(columns[first]) if first == "beta0" else columns[first], columns[second]]
     question = Many(
-        asked=ASKS[given],
-        kinds=(CLOSURES[first], CLOSURES[second]),
+        asks=KINDS[given],
         given=np.stack([side.ravel() for side in sides], axis=1),
         law=known_law(named),
         state=known_state(state),
@@ -329,7 +315,5 @@ def _alone(point: dict[str, float], options: dict[str, Any], arrays: dict[str, n
 def _single(point: dict[str, float], options: dict[str, Any]) -> Equilibrium:
     if "beta0" in point:
         return equilibrium(beta0=point["beta0"], lam=point["lam"], **options)
-    rod = Rod.from_ratio(point["ratio"])
-    if "pressure_ratio" in point:
-        return length_given_pressure(rod, point["pressure_ratio"], **options)
-    return pressure_given_length(rod, point["length_ratio"], **options)
+    ratio, given = point  # of a rod known by its ratio, units are those of ratios
+    return ask_rod(Rod.from_ratio(point[ratio]), KINDS[ratio, given].given.name, point[given], **options)

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
-from ..base.checks import finite, known_beta0
-from ..base.errors import InvalidInput, PeelOptError
+from ..base.checks import positive
+from ..base.errors import NotCertified, NotConverged, PeelOptError
+from ..base.threads import one_thread
 from ..model.bond import CohesiveLaw
-from ..model.labels import known_state
-from ..model.rod import RATIOS, Rod, require_rod
-from ..residual.closures import Closure
+from ..model.rod import Rod
 from ..residual.discretisation import Transcription
-from .methods import Method, as_method
-from .posed import Posed, known_lambda, known_law
-from .question import Question, solve
+from .certify import certify
+from .closed_form import closed_form
+from .methods import Answer, Method, as_method, solve_to_tolerance
+from .question import ASKS, Question
 from .result import Equilibrium
+from .select import select
+
+#: Share of its size by which an answer may differ, beyond its error, from that of the walk.
+FAITHFUL = 0.05
+
+#: Share of ``near`` within which an answer counts as near.
+NEARBY = 0.1
 
 
 def pressure_given_length(
@@ -74,22 +81,9 @@ def pressure_given_length(
     >>> round(pressure_given_length(rod, 3.2).pressure_ratio, 7)
     0.3687926
     """
-
-    def ask() -> Equilibrium:
-        sigma = require_rod(rod, RATIOS).length_ratio(length)
-        question = Question(
-            posed=Posed.at_length(rod, known_law(law), sigma),
-            target=Closure("length", sigma),
-            unit=rod.length,
-            words=_words("length", rod.length(sigma), "m", "sbar/eta", sigma, rod),
-            state=known_state(state),
-            near=_near(near, lambda e: e.pressure_ratio, rod.pressure_ratio),
-            symbol="" if rod.dimensionless else "m",
-        )
-        given = {"length": finite("length", length, question.symbol), "length_ratio": sigma}
-        return replace(solve(question, as_method(method), tol), given=given)
-
-    return _guarded(ask, rod, "pressure_ratio", tol, throw)
+    return ask_rod(
+        rod, "length", length, law=law, state=state, near=near, method=method, tol=tol, throw=throw
+    )
 
 
 def length_given_pressure(
@@ -135,22 +129,9 @@ def length_given_pressure(
     >>> round(length_given_pressure(Rod.from_ratio(1.0), 0.8).length_ratio, 9)
     3.036804006
     """
-
-    def ask() -> Equilibrium:
-        P = require_rod(rod, RATIOS).pressure_ratio(pressure)
-        question = Question(
-            posed=Posed.at_pressure(rod, known_law(law), P),
-            target=Closure("pressure", P),
-            unit=rod.pressure,
-            words=_words("pressure", rod.pressure(P), "Pa", "p/T0", P, rod),
-            state=known_state(state),
-            near=_near(near, lambda e: e.length_ratio, rod.length_ratio),
-            symbol="" if rod.dimensionless else "Pa",
-        )
-        given = {"pressure": finite("pressure", pressure, question.symbol), "pressure_ratio": P}
-        return replace(solve(question, as_method(method), tol), given=given)
-
-    return _guarded(ask, rod, "length_ratio", tol, throw)
+    return ask_rod(
+        rod, "pressure", pressure, law=law, state=state, near=near, method=method, tol=tol, throw=throw
+    )
 
 
 def equilibrium(
@@ -201,41 +182,46 @@ def equilibrium(
     """
 
     def ask() -> Equilibrium:
-        b0 = known_beta0(beta0)
-        shift = known_lambda(lam, beta1)
-        posed = Posed.at_groups(known_law(law), b0, shift)
-        if b0 == 0.0 and not posed.effective_law.is_affine:
-            raise InvalidInput(
-                "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
-            )
-        question = Question(
-            posed=posed,
-            target=posed.given[b0 == 0.0],
-            unit=float,
-            words=f"beta0 = {b0:.6g}, lambda = {shift:.6g}",
-            state=known_state(state),
-            near=_near(near, lambda e: e.alpha1, partial(finite, "near")),
-        )
-        answered = solve(question, as_method(method), tol)
-        given = {} if beta1 is None else {"beta1": finite("beta1", beta1)}
-        return replace(answered, beta0=b0, lam=shift, given=given)
+        question = Question.of_groups(beta0, lam, beta1, law=law, state=state, near=near)
+        return solve_question(question, method, tol)
 
     return _guarded(ask, None, "alpha1", tol, throw)
 
 
-def _words(name: str, value: float, unit: str, symbol: str, ratio: float, rod: Rod) -> str:
-    """Name the given number, in the rod's units if it has any."""
-    if rod.dimensionless:
-        return f"{symbol} = {ratio:.6g}"
-    return f"{name} {float(value):.6g} {unit} ({symbol} = {ratio:.6g})"
+def ask_rod(
+    rod: Rod,
+    given: str,
+    value: float,
+    *,
+    law: str | CohesiveLaw = "auto",
+    state: str | None = None,
+    near: float | Equilibrium | None = None,
+    method: str | Method | Transcription = "auto",
+    tol: float = 1e-8,
+    throw: bool = True,
+) -> Equilibrium:
+    """Answer what a number asks for that is given of a rod, one of `ASKS`.
 
+    Parameters
+    ----------
+    rod : Rod
+    given : str
+        "length", "pressure" or another key of `ASKS`.
+    value : float
+        In the rod's units.
+    law, state, near, method, tol, throw
+        As in `pressure_given_length`; ``near`` in the units of what is asked for.
 
-def _near(
-    near: float | Equilibrium | None, read: Callable[[Equilibrium], float], scale: Callable[[float], float]
-) -> float | None:
-    if near is None:
-        return None
-    return read(near) if isinstance(near, Equilibrium) else scale(near)
+    Returns
+    -------
+    Equilibrium
+    """
+
+    def ask() -> Equilibrium:
+        question = Question.of_rod(rod, given, value, law=law, state=state, near=near)
+        return solve_question(question, method, tol)
+
+    return _guarded(ask, rod, ASKS[given].asked.attribute, tol, throw)
 
 
 def _guarded(
@@ -247,3 +233,70 @@ def _guarded(
         if throw:
             raise
         return Equilibrium.nothing(rod, asked, tol, error.status, str(error))
+
+
+@one_thread
+def solve_question(
+    question: Question, method: str | Method | Transcription = "auto", tol: float = 1e-8
+) -> Equilibrium:
+    """Find the state a question means, solve for it and certify the answer.
+
+    Raises
+    ------
+    NoEquilibrium, AmbiguousState, OutOfRange, NotConverged, NotCertified
+        As `pressure_given_length`.
+    """
+    return question.stamped(_certified(question, as_method(method), positive("tol", tol)))
+
+
+def _certified(question: Question, method: Method, tol: float) -> Equilibrium:
+    began = time.perf_counter()
+    if method.series and question.near is None and question.state != "folded":
+        summed = _summed(question, method, tol)
+        if summed is not None:
+            return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
+        if method.transcription is not None:
+            method = replace(method, series=())
+    chosen, spacing, walked = select(question)
+    solved = solve_to_tolerance(question, chosen.solution, method, tol)
+    result = certify(question, chosen.state, solved, tol)
+    own = question.read(chosen.profile.scalars)
+    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
+    if jumped:
+        raise NotConverged(
+            f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
+            remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
+        )
+    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
+    result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
+    if not result.certified:
+        raise NotCertified(
+            f"{question.words}: found {question.asked} = {result.answer:.8g}, but its error"
+            f" {result.error:.1e} or its certificate {result.certificate:.1e} exceeds tol = {tol:.1e}"
+            f" (condition of the question {stats.condition:.1e}).",
+            remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
+            candidates=(result,),
+        )
+    return result
+
+
+def _distance(question: Question, answer: float) -> tuple[str, ...]:
+    """Flag an answer that was asked for by value and is not near it."""
+    if question.near is None or abs(answer - question.near) <= NEARBY * (abs(question.near) + NEARBY):
+        return ()
+    return (f"far from near={question.near:.4g}",)
+
+
+def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:
+    """Answer in closed form, without a walk; None where that is out of reach."""
+    for order in method.series:
+        state = question.state or "unfolded"
+        try:
+            found = closed_form(question, state, (order,), tol)
+        except NotConverged:
+            continue
+        solved = Answer(found.problem, found.x, found.error, found.stats)
+        result = certify(question, found.state, solved, tol)
+        if result.certified and question.fits(found.state):
+            return result
+    return None

@@ -17,13 +17,13 @@ import numpy as np
 
 from ..base.threads import one_thread
 from ..continuation.seeds import BEYOND, LEAVES, Rods, charts, share_of
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.groups import PI4
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.batch import Solved, solve
 from ..residual.stack import Stack, gradient
-from .posed import ANSWERS
+from .question import LENGTH, PRESSURE, RATIO, Asks
 
 #: States that go through the machine together: their matrices stay in the cache.
 CHUNK = 128
@@ -52,10 +52,7 @@ class Many:
 
     Parameters
     ----------
-    asked : str
-        A key of `ANSWERS`.
-    kinds : (str, str)
-        Of the closures.
+    asks : Asks
     given : ndarray, shape (states, 2)
     law : CohesiveLaw or None
         None for "auto".
@@ -63,8 +60,7 @@ class Many:
     tol : float
     """
 
-    asked: str
-    kinds: tuple[str, str]
+    asks: Asks
     given: np.ndarray
     law: CohesiveLaw | None
     state: str | None
@@ -75,17 +71,27 @@ class Many:
         """eta/y0; not a number, or infinite, where there is none."""
         first, second = self.given.T
         with np.errstate(all="ignore"):
-            return first if self.kinds[0] == "ratio" else (PI4 + second) / first**4
+            return first if self.asks.held is RATIO else (PI4 + second) / first**4
+
+    @property
+    def kinds(self) -> tuple[str, str]:
+        """Of the closures."""
+        return self.asks.held.kind, self.asks.given.kind
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the bond pushes beyond y0."""
+        return self.law is not None and self.law.is_linear
 
     @property
     def sigma(self) -> np.ndarray:
         """sbar/eta, where it is given."""
-        return self.given[:, self.kinds.index("length")]
+        return self.given[:, 1 if self.asks.given is LENGTH else 0]
 
     def taken(self) -> np.ndarray:
         """Which of the questions the batch may take on."""
         law = COHESIVE if self.law is None else self.law
-        if law not in (COHESIVE, LINEAR) or self.state not in (None, "unfolded", *UNFOLDED):
+        if not law.falls_straight or self.state not in (None, "unfolded", *UNFOLDED):
             return np.zeros(len(self.given), bool)
         ratio = self.ratio
         with np.errstate(invalid="ignore"):
@@ -93,14 +99,14 @@ class Many:
                 np.isfinite(self.given).all(axis=1) & (ratio >= RATIOS[0]) & (ratio <= RATIOS[1])
             )
             fine &= np.abs(ratio - CUSP) > NEAR_CUSP
-            if "pressure" in self.kinds:
+            if self.asks.given is PRESSURE:
                 P = self.given[:, 1]
-                return fine & (P > 0.0) & (P < 1.0) & ((law == COHESIVE) | (ratio < LEAVES) | (P >= 0.5))
+                return fine & (P > 0.0) & (P < 1.0) & ((not law.is_linear) | (ratio < LEAVES) | (P >= 0.5))
             return fine & (self.sigma > 0.0) & ((ratio < CUSP) | (ratio > ONE_FOLD))
 
     def of(self, rows: np.ndarray) -> Many:
         """Some of the questions."""
-        return Many(self.asked, self.kinds, self.given[rows], self.law, self.state, self.tol)
+        return Many(self.asks, self.given[rows], self.law, self.state, self.tol)
 
 
 #: The numbers of a state, in the order of the rows of `FoundTogether.numbers`.
@@ -145,7 +151,7 @@ def _starts(question: Many) -> Iterator[tuple[np.ndarray, Stack, np.ndarray, np.
     Sure are those of which a label "middle" leaves no doubt that there is no lower state.
     """
     whole = question.ratio < LEAVES
-    open_ones = ("within",) if question.law == LINEAR else ("within", "beyond")
+    open_ones = ("within",) if question.is_linear else ("within", "beyond")
     groups = {("whole",): np.flatnonzero(whole), open_ones: np.flatnonzero(~whole)}
     for names, rows in groups.items():
         if not rows.size:
@@ -195,7 +201,7 @@ def _answer(
 ) -> None:
     """Solve questions of one layout, and write down those that are certified."""
     law = COHESIVE if question.law is None else question.law
-    read = ANSWERS[question.asked]
+    read = question.asks.asked.read
     for refinement in range(REFINEMENTS + 1):
         solved = solve(stack, question.kinds, question.given[rows], start)
         strayed = np.abs(solved.x[:, -4:] - start[:, -4:]) > STRAYED * (1.0 + np.abs(start[:, -4:]))
@@ -234,7 +240,7 @@ def _labels(question: Many, solved: Solved, sure: np.ndarray) -> np.ndarray:
     ratio = s.ratio
     along = solved.response()
     change = along[:, :, 1]
-    if question.kinds[0] != "ratio":  # along the branch of the rod, sigma and lambda both change
+    if question.asks.held is not RATIO:  # along the branch of the rod, sigma and lambda both change
         change = along[:, :, 0] + along[:, :, 1] * (4.0 * ratio * s.sigma**3)[:, None]
     dA, dm, dsigma, _ = change.T
     turned = np.sign(dA)
@@ -244,7 +250,7 @@ def _labels(question: Many, solved: Solved, sure: np.ndarray) -> np.ndarray:
     if "length" in question.kinds and question.state != "middle":
         # Of a lower state there is only one, which is that of lowest pressure.
         belongs &= lower | (ratio < CUSP) | sure
-        if question.law == LINEAR:
+        if question.is_linear:
             belongs &= lower | (ratio < LEAVES)
     if question.state in UNFOLDED:
         belongs &= labels == question.state

@@ -20,9 +20,9 @@ from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.linear import Linearised, gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .branch_parts import FIRST
-from .certify import report
+from .certify import certify
 from .methods import Answer
-from .posed import Posed
+from .question import Question
 from .result import Equilibrium, Stats
 
 if TYPE_CHECKING:
@@ -142,18 +142,18 @@ def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
     """
     problem, x = discretised(branch, i)
     if branch.rod is None:
-        posed = Posed.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))
+        posed = Question.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))
     else:
-        posed = Posed.at_length(branch.rod, law_of(branch), float(branch.length_ratio[i]))
+        posed = Question.at(branch.rod, law_of(branch), "length", float(branch.length_ratio[i]))
     assert branch.solutions is not None  # or it would not be discretised
     response = _response(posed, problem, x, branch.solutions.tangents[i])
     stats = Stats(method=branch.solutions.transcription, unknowns=problem.size)
     solved = Answer(problem, x, float(branch.error[i]) * response, stats)
     tol = float(branch.options.get("tol", 1e-8)) * response
-    return report(posed, str(branch.state[i]), solved, tol)
+    return certify(posed, str(branch.state[i]), solved, tol)
 
 
-def _response(posed: Posed, problem: Discretisation, x: np.ndarray, tangent: np.ndarray) -> float:
+def _response(posed: Question, problem: Discretisation, x: np.ndarray, tangent: np.ndarray) -> float:
     """Largest error of an answer for each unit of distance from the branch.
 
     A point that is off by d in the scalars answers for numbers that are off too: the answer at the

@@ -10,11 +10,11 @@ from ..model.bond import LINEAR
 from ..residual.certificate import HEIGHT_NOISE, certificate, on_plate
 from ..residual.shape import Solution
 from .methods import Answer
-from .posed import Posed
+from .question import Question
 from .result import Equilibrium
 
 
-def report(posed: Posed, state: str, solved: Answer, tol: float) -> Equilibrium:
+def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibrium:
     """Turn a solution into an `Equilibrium` with its certificate and flags."""
     problem, x = solved.problem, solved.x
     effective = posed.effective_law

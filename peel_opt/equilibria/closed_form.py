@@ -16,14 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.errors import NotConverged
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.groups import PI4
 from ..model.hierarchy import NODES
 from ..model.series_curve import SeriesCurve, curve
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
 from ..residual.transcriptions import Spectral
-from .posed import Posed
+from .question import Question
 from .result import Stats
 
 EPS = float(np.finfo(float).eps)
@@ -63,17 +62,12 @@ class ClosedForm:
     stats: Stats
 
 
-def applies(law: CohesiveLaw) -> bool:
-    """Whether a law has the linear law's first piece."""
-    return law in (LINEAR, COHESIVE)
-
-
-def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -> ClosedForm:
+def closed_form(posed: Question, state: str, orders: tuple[int, ...], tol: float) -> ClosedForm:
     """Answer by the lowest of ``orders`` that meets ``tol``.
 
     Parameters
     ----------
-    posed : Posed
+    posed : Question
     state : {"lower", "middle", "spurious", "unfolded"}
         Which root; at given pressure there is only one.
 
@@ -83,10 +77,10 @@ def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -
         With the reason, where the series is out of its reach.
     """
     began, law = time.perf_counter(), posed.effective_law
-    if not applies(law):
+    if not law.falls_straight:
         raise NotConverged(f"the series knows the linear law only, not {law.name!r}.")
     reason, (_, second) = "", posed.given
-    if law == COHESIVE and second.kind == "pressure" and not 0.5 <= second.value <= 1.0:
+    if not law.is_linear and second.kind == "pressure" and not 0.5 <= second.value <= 1.0:
         raise NotConverged(OUTSIDE)
     for order in orders:
         try:
@@ -95,7 +89,7 @@ def closed_form(posed: Posed, state: str, orders: tuple[int, ...], tol: float) -
             reason = str(error)
             continue
         beta0 = root.sigma**3
-        if law == COHESIVE and (2.0 * root.alpha1 < -beta0 or root.alpha1 > 0.0):
+        if not law.is_linear and (2.0 * root.alpha1 < -beta0 or root.alpha1 > 0.0):
             raise NotConverged(OUTSIDE)
         if root.error <= tol:
             break

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
-from ..base.checks import finite, known_beta0, positive
+from ..base.checks import known_beta0, positive
 from ..base.errors import InvalidInput, NotCertified, NotConverged, OutOfRange
 from ..base.progress import progress
 from ..base.threads import one_thread
 from ..model.bond import CohesiveLaw
 from ..model.labels import DISQUALIFYING, UNFOLDED
-from ..model.rod import RATIOS, Rod, require_ratio, require_rod
+from ..model.rod import Rod, require_ratio
 from ..residual.discretisation import Transcription
-from .certify import report
-from .methods import Method, answer, as_method
-from .posed import Posed, known_lambda, known_law
+from .certify import certify
+from .methods import Method, as_method, solve_to_tolerance
+from .question import Question, rod_questions
 from .result import Equilibrium
 from .search import FoundState, StateSearch, close
 from .states import States
@@ -58,7 +57,8 @@ def equilibria(
     Parameters
     ----------
     rod : Rod, optional
-        With ``pressure`` [Pa] or ``length`` [m].
+    pressure, length : float, optional
+        What is given of the rod [Pa, m]; one of them.
     beta0, lam, beta1 : float, optional
         The paper's groups instead: beta0 > 0 and one of the others.
     law : str or CohesiveLaw, optional
@@ -90,70 +90,56 @@ def equilibria(
     ['lower', 'middle']
     """
     numbers = {"pressure": pressure, "length": length, "beta0": beta0, "lam": lam, "beta1": beta1}
-    ask = _ask(rod, law, numbers)
-    _require_range(ask)
+    question = _question(rod, law, numbers)
+    search = _search(question)
+    _require_range(search)
     chosen = as_method(method)
     tol = positive("tol", tol)
     results: list[Equilibrium] = []
-    states, searched = ask.search.run()
+    states, searched = search.run()
     different = _distinct(states)
     with progress("state", len(different)) as step:
         for found in different:
-            solved = _solved(ask, found, chosen, tol)
+            solved = _solved(question, found, chosen, tol)
             if solved is None and searched is not None:
                 searched = searched.short_of(found.profile.scalars.sigma)
             if solved is not None and not any(_same(solved, other) for other in results):
-                results.append(replace(solved, **ask.as_given))
+                results.append(question.stamped(solved))
             step()
     ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))
     return States(ordered, searched)
 
 
-@dataclass(frozen=True)
-class _Ask:
-    """A question about all states, and the search that answers it."""
-
-    posed: Posed
-    search: StateSearch
-    as_given: dict[str, Any]
-
-
-def _ask(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, float | None]) -> _Ask:
+def _question(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, float | None]) -> Question:
     """Pose the question that a rod, or none, and some numbers make."""
     given = {name: value for name, value in numbers.items() if value is not None}
-    questions = ({"beta0", "lam"}, {"beta0", "beta1"}) if rod is None else ({"pressure"}, {"length"})
-    if set(given) not in questions:
-        raise InvalidInput("give a rod with pressure or length, or beta0 with lam or beta1.")
-    if rod is None:
-        named = known_law("linear" if law is None else law)
+    if rod is None and set(given) in ({"beta0", "lam"}, {"beta0", "beta1"}):
         beta0 = positive("beta0", known_beta0(given["beta0"]))
-        posed = Posed.at_groups(named, beta0, known_lambda(given.get("lam"), given.get("beta1")))
-        exact = {"beta1": finite("beta1", given["beta1"])} if "beta1" in given else {}
-        search = StateSearch(posed.effective_law, posed.ratio, posed.given[0])
-        return _Ask(posed, search, {"beta0": beta0, "lam": posed.given[1].value, "given": exact})
-    named, rod = known_law("auto" if law is None else law), require_rod(rod, RATIOS)
-    if "length" in given:
-        posed = Posed.at_length(rod, named, rod.length_ratio(given["length"]))
-    else:
-        posed = Posed.at_pressure(rod, named, rod.pressure_ratio(given["pressure"]))
-    ((name, number),) = given.items()
-    unit = "" if rod.dimensionless else "m" if name == "length" else "Pa"
-    exact = {name: finite(name, number, unit), f"{name}_ratio": posed.given[1].value}
-    return _Ask(posed, StateSearch(posed.effective_law, posed.ratio, posed.given[1]), {"given": exact})
+        named = "linear" if law is None else law
+        return Question.of_groups(beta0, given.get("lam"), given.get("beta1"), law=named)
+    if rod is None or len(given) != 1 or not given.keys() <= rod_questions().keys():
+        raise InvalidInput("give a rod with pressure or length, or beta0 with lam or beta1.")
+    ((name, value),) = given.items()
+    return Question.of_rod(rod, name, value, law="auto" if law is None else law)
 
 
-def _require_range(ask: _Ask) -> None:
+def _search(question: Question) -> StateSearch:
+    """Return the search for all states of a question."""
+    return StateSearch(question.effective_law, question.ratio, question.target)
+
+
+def _require_range(search: StateSearch) -> None:
     """Raise where the search would take minutes and prove nothing."""
-    require_ratio(ask.posed.ratio)
-    if ask.search.given.kind == "length" and ask.search.gamma > MOST_GAMMA:
+    require_ratio(search.ratio)
+    if search.given.kind == "length" and search.gamma > MOST_GAMMA:
         raise OutOfRange(
-            f"sbar/eta = {ask.search.given.value:.4g} is too long to look for all states (beta1^(1/4) ="
-            f" {ask.search.gamma:.3g}, at most {MOST_GAMMA:g}).",
+            f"sbar/eta = {search.given.value:.4g} is too long to look for all states (beta1^(1/4) ="
+            f" {search.gamma:.3g}, at most {MOST_GAMMA:g}).",
             remedy="Ask for one state with pressure_given_length.",
         )
-    if ask.search.given.kind == "pressure" and not abs(ask.search.given.value) <= MOST_PRESSURE:
+    if search.given.kind == "pressure" and not abs(search.given.value) <= MOST_PRESSURE:
         raise OutOfRange(
-            f"p/T0 = {ask.search.given.value:.4g} is too far from 1 to look for all states.",
+            f"p/T0 = {search.given.value:.4g} is too far from 1 to look for all states.",
             remedy=f"Stay within {MOST_PRESSURE:g} of zero.",
         )
 
@@ -172,13 +158,13 @@ def _same(a: Equilibrium, b: Equilibrium) -> bool:
     return gap < SAME * (1.0 + abs(a.answer))
 
 
-def _solved(ask: _Ask, found: FoundState, method: Method, tol: float) -> Equilibrium | None:
+def _solved(question: Question, found: FoundState, method: Method, tol: float) -> Equilibrium | None:
     """Solve with the method asked for; None where a state off the primary branch is not certified."""
     try:
-        solved = answer(ask.posed, found.landed, method, tol)
+        solved = solve_to_tolerance(question, found.solution, method, tol)
     except (NotConverged, NotCertified):
         return None
-    eq = report(ask.posed, found.state, solved, tol)
+    eq = certify(question, found.state, solved, tol)
     if not eq.certified:
         return eq if found.state in (*UNFOLDED, "folded") else None
     physical = found.state not in ("other", "spurious") or not any(f in eq.flags for f in DISQUALIFYING[2:4])

@@ -12,7 +12,7 @@ from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.family import StepControl
 from ..continuation.folds import FoldFamily
-from ..continuation.landing import landings
+from ..continuation.landing import points_at
 from ..continuation.points import Point
 from ..continuation.special import Located, Monitor, locate
 from ..model.groups import PI4, AmplitudeGroups
@@ -126,7 +126,7 @@ def fold_curve(beta0: tuple[float, float] = (0.1, 100.0), *, points: int = 80) -
     walked: list[Point] = []
     for there in family.walk(family.start(low), control):
         if there.scalars.beta0 > high:
-            walked += landings(family, [walked[-1], there], "beta0", high)
+            walked += points_at(family, [walked[-1], there], "beta0", high)
             break
         walked.append(there)
         if len(walked) > 20 * points:

@@ -56,7 +56,7 @@ def least_lambda(beta0: float, *, transcription: Transcription | None = None) ->
     """
     sigma = math.cbrt(positive("beta0", known_beta0(beta0)))
     branch = primary_branch(LINEAR, Closure("length", sigma))
-    fold = branch.reach("LP-lambda")
+    fold = branch.continue_to("LP-lambda")
     if fold is None:
         if beta0 < LAST_FOLD:
             raise NotConverged(f"the fold in lambda at beta0 = {beta0:g} was not reached ({branch.ended}).")

@@ -16,7 +16,7 @@ from ..continuation.family import Family, StepControl
 from ..continuation.landing import asked_at, require_met, with_asked
 from ..continuation.points import Point, arclength_between
 from ..continuation.primary import primary_branch
-from ..continuation.special import BRANCH_POINT, CONTACT, FOLDS, RANGE, Located, locate, located, tip
+from ..continuation.special import BRANCH_POINT, CONTACT, EVENTS, FOLDS, Located, locate, located, tip
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.law_samples import agree
@@ -30,7 +30,7 @@ from ..residual.shape import Solution
 from .assembly import WalkedSide, assemble, require_identity
 from .branch import Branch
 from .branch_points import discretised, law_of, under_law
-from .posed import known_law
+from .question import known_law
 from .result import Equilibrium
 
 #: Height of a tip over the amplitude, and share of T0 above T0, that are put down to rounding.
@@ -147,7 +147,7 @@ class Walk(Iterator[Scalars]):
             next(self, None)
         monitors = (BRANCH_POINT, *FOLDS[self.family.closure.kind])
         if self.points[0].scalars.sigma > 0.0:
-            monitors += RANGE
+            monitors += tuple(EVENTS)
         found = locate(self.family, self.points, monitors)
         if self._contact is not None:
             found.append(self._contact)
@@ -196,8 +196,8 @@ def follow(
 
     Parameters
     ----------
-    start, hold
-        As for `Walk`, which takes ``options`` too.
+    start, hold, **options
+        As for `Walk`.
     steps : int
         At most so many.
     until : callable, optional

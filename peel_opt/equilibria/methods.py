@@ -15,15 +15,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
-from ..continuation.points import Landed
-from ..model.bond import COHESIVE, LINEAR
+from ..continuation.points import SolvedState
 from ..model.equations import Scalars
 from ..residual import programme
 from ..residual.certificate import certificate
@@ -37,7 +36,7 @@ from ..residual.programme import Ipopt
 from ..residual.rounding import Response, response
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .closed_form import closed_form
-from .posed import Posed
+from .question import Question
 from .result import Stats
 
 #: How often a mesh may be refined before the tolerance counts as out of reach.
@@ -130,15 +129,15 @@ class Answer:
 class _Started:
     """A question with the state it means: the profile to start from, in the phases of its law."""
 
-    posed: Posed
+    posed: Question
     profile: Profile
     phases: Phases
     tol: float
-    landed: Landed | None = None
+    solution: SolvedState | None = None
 
 
 @one_thread
-def answer(posed: Posed, start: Profile | Landed, method: Method, tol: float) -> Answer:
+def solve_to_tolerance(posed: Question, start: Profile | SolvedState, method: Method, tol: float) -> Answer:
     """Answer for the state that a profile shows, or that a walk has landed at, starting from it.
 
     Raises
@@ -146,7 +145,7 @@ def answer(posed: Posed, start: Profile | Landed, method: Method, tol: float) ->
     NotConverged
         If IPOPT or Newton fails.
     """
-    if isinstance(start, Landed):
+    if isinstance(start, SolvedState):
         if start.given == posed.given:
             return _climb(_Started(posed, start.profile, start.problem.phases, tol, start), method)
         start = start.profile
@@ -188,10 +187,10 @@ def _certificate(started: _Started, profile: Profile) -> float:
 
 def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
     """Answer by the series, if one of its states is the one of the profile."""
-    law = next((law for law in (LINEAR, COHESIVE) if started.phases == law.pieces[:1]), None)
-    if law is None:
+    law = started.posed.effective_law
+    if not law.falls_straight or started.phases != law.pieces[:1]:
         raise NotConverged("the series needs the linear law and a shape within y0.", remedy=ANOTHER)
-    posed, s = replace(started.posed, law=law), started.profile.scalars
+    posed, s = started.posed, started.profile.scalars
     state, reason = "spurious" if s.alpha1 > 0.0 else "lower", ""
     for wanted in (state, "middle"):
         try:
@@ -287,17 +286,17 @@ class _Solved:
     """A converged solution on one mesh, and what it took."""
 
     transcription: Transcription
-    landed: Landed
+    solution: SolvedState
     iterations: int
     evaluations: int
 
     @property
     def problem(self) -> Discretisation:
-        return self.landed.problem
+        return self.solution.problem
 
     @property
     def correction(self) -> Correction:
-        return self.landed.correction
+        return self.solution.correction
 
     @property
     def scalars(self) -> np.ndarray:
@@ -305,13 +304,13 @@ class _Solved:
 
     @property
     def profile(self) -> Profile:
-        return self.landed.profile
+        return self.solution.profile
 
 
 def _first_solve(started: _Started, method: Method) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
     assert method.transcription is not None
-    landed = started.landed
+    landed = started.solution
     if landed is not None and method.ipopt is None and _serves(landed.problem.settings, method):
         assert landed.problem.settings is not None
         return _Solved(landed.problem.settings, landed, 0, 0)
@@ -328,7 +327,7 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     correction = _corrected(problem, solved.x, given)
     iterations = solved.iterations + correction.iterations
     evaluations = solved.evaluations + correction.iterations
-    return _Solved(method.transcription, Landed(problem, correction, given), iterations, evaluations)
+    return _Solved(method.transcription, SolvedState(problem, correction, given), iterations, evaluations)
 
 
 def _serves(mesh: Transcription | None, method: Method) -> bool:
@@ -351,7 +350,7 @@ def _newton_solve(started: _Started, transcription: Transcription, start: np.nda
     correction = _corrected(problem, start, given)
     # Each iteration evaluates the equations once.
     taken = correction.iterations
-    return _Solved(transcription, Landed(problem, correction, given), taken, taken)
+    return _Solved(transcription, SolvedState(problem, correction, given), taken, taken)
 
 
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing, ...]) -> Correction:

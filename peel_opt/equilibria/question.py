@@ -1,80 +1,304 @@
-"""A question in dimensionless form, and how its state is found along the primary branch."""
+"""A question: what is asked, what is given, of which rod or groups, under which law, and of which state.
+
+What a given number asks for stands in one table, `ASKS`; everything that asks looks there.
+"""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Callable, Container
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from ..base.checks import positive
-from ..base.errors import AmbiguousState, NoEquilibrium, NotCertified, NotConverged, OutOfRange, PeelOptError
-from ..base.threads import one_thread
-from ..continuation.ends import beside_folds, sharpened
-from ..continuation.goal import ENDLESS, Goal
-from ..continuation.isobars import states_near
-from ..continuation.landing import UNFINISHED
-from ..continuation.points import Point
-from ..continuation.primary import Candidate, PrimaryBranch, primary_branch, softens
-from ..model.bond import COHESIVE, LINEAR
-from ..model.labels import UNFOLDED, fits
-from ..model.rod import RATIOS, require_ratio
+from ..base.checks import finite, known_beta0, positive
+from ..base.errors import InvalidInput
+from ..continuation.goal import Goal
+from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.equations import Scalars
+from ..model.groups import PI4
+from ..model.labels import UNFOLDED, fits, known_state
+from ..model.rod import RATIOS, Rod, require_ratio, require_rod
 from ..residual.closures import READINGS, Closure
-from .certify import report
-from .closed_form import closed_form
-from .methods import Answer, Method, answer
-from .posed import Posed
 from .result import Equilibrium
 
-#: Share of its size by which an answer may differ, beyond its error, from that of the walk.
-FAITHFUL = 0.05
 
-#: Share of ``near`` within which an answer counts as near.
-NEARBY = 0.1
+@dataclass(frozen=True)
+class Measure:
+    """A number that is given or asked for.
 
-#: Distance of two answers, as a share of ``near``, within which they are one.
-SAME = 1e-7
+    Parameters
+    ----------
+    name : str
+        What callers call it: a parameter of calls, and the attribute of an `Equilibrium` that has it in
+        the units of the rod.
+    attribute : str
+        That of an `Equilibrium` which has it without a unit.
+    kind : str
+        Its closure, a key of `EQUATIONS` and of `READINGS`.
+    symbol, unit, own : str
+        What the dimensionless number is written as, and the SI unit and the rod's own of the other.
+    to_ratio, from_ratio : callable
+        From a rod and the number in its units to the dimensionless one, and back.
+    powers : tuple of float
+        Of k, T0 and y0 in its unit.
+    """
+
+    name: str
+    attribute: str
+    kind: str
+    symbol: str = ""
+    unit: str = ""
+    own: str = ""
+    to_ratio: Callable[[Rod, float], float] = lambda _, value: value
+    from_ratio: Callable[[Rod, float], float] = lambda _, value: value
+    powers: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def read(self, scalars: Scalars) -> Any:
+        """Return its dimensionless value: a float, or complex or an expression if the scalars are."""
+        return READINGS[self.kind](scalars)
+
+    def unit_of(self, rod: Rod) -> str:
+        """Return the SI unit, empty where the rod has none."""
+        return "" if rod.dimensionless else self.unit
+
+    def name_of_unit(self, rod: Rod) -> str:
+        """Return the unit of a rod's numbers: SI, or its own T0 and eta."""
+        return self.own if rod.dimensionless else self.unit
+
+    def worded(self, rod: Rod, ratio: float) -> str:
+        """Name a value, in the rod's units if it has any."""
+        if rod.dimensionless:
+            return f"{self.symbol} = {ratio:.6g}"
+        return f"{self.name} {self.from_ratio(rod, ratio):.6g} {self.unit} ({self.symbol} = {ratio:.6g})"
+
+
+PRESSURE = Measure(
+    "pressure",
+    "pressure_ratio",
+    "pressure",
+    "p/T0",
+    "Pa",
+    "T0",
+    Rod.pressure_ratio,
+    Rod.pressure,
+    (0.0, 1.0, 0.0),
+)
+LENGTH = Measure(
+    "length",
+    "length_ratio",
+    "length",
+    "sbar/eta",
+    "m",
+    "eta",
+    Rod.length_ratio,
+    Rod.length,
+    (1 / 3, -1 / 3, 0.0),
+)
+ALPHA1 = Measure("alpha1", "alpha1", "alpha1")
+LAMBDA = Measure("lambda", "lam", "lam")
+RATIO = Measure("ratio", "ratio", "ratio")
+
+
+class Asks(NamedTuple):
+    """A kind of question: the number that is given, beside the rod or beta0, and that asked for."""
+
+    given: Measure
+    asked: Measure
+
+    @property
+    def beside(self) -> str:
+        """What callers call that which is given besides."""
+        return "beta0" if self.given is LAMBDA else "ratio"
+
+    @property
+    def held(self) -> Measure:
+        """What is given besides: the rod, or beta0^(1/3)."""
+        return LENGTH if self.given is LAMBDA else RATIO
+
+
+#: What is asked for where a number of this name is given; lam and beta1 beside beta0, others of a rod.
+ASKS: dict[str, Asks] = {
+    "pressure": Asks(PRESSURE, LENGTH),
+    "length": Asks(LENGTH, PRESSURE),
+    "lam": Asks(LAMBDA, ALPHA1),
+    "beta1": Asks(LAMBDA, ALPHA1),
+}
+
+
+def rod_questions() -> dict[str, Asks]:
+    """Return those of `ASKS` that are about a rod."""
+    return {name: asks for name, asks in ASKS.items() if asks.held is RATIO}
+
+
+def answering(attribute: str, given: Container[str] = ()) -> Asks:
+    """Return the kind of question whose answer is an attribute of an `Equilibrium`.
+
+    Where there are several, that whose given number is among the names ``given``, or the first.
+    """
+    kinds = [asks for asks in ASKS.values() if asks.asked.attribute == attribute]
+    named = (asks for asks in kinds if asks.given.name in given)
+    return next(named, kinds[0])
 
 
 @dataclass(frozen=True)
 class Question:
-    """A question in dimensionless form.
+    """A question in dimensionless form, and how its numbers were given.
 
     Parameters
     ----------
-    posed : Posed
-    target : Closure
-        What the walk along the branch looks for.
-    unit : callable
-        From a value of the given number to what the caller gave.
-    words : str
-        The given number, for messages.
+    asks : Asks
+    given : tuple of Closure
+        What closes (12) with (14): a rod's ratio or beta0^(1/3), and the given number.
+    rod : Rod or None
+    law : CohesiveLaw or None
+        None for "auto": law (8), named "linear" where the whole shape stays within y0.
     state : str or None
+        The label of the state that is meant.
     near : float or None
         Value of the answer, dimensionless, to which the state should be nearest.
-    symbol : str
-        The unit of what the caller gave; empty where it has none.
+    exact : dict of float
+        The numbers as they were given, by the attributes of an `Equilibrium` that repeat them.
     """
 
-    posed: Posed
-    target: Closure
-    unit: Callable[[float], float]
-    words: str
-    state: str | None
-    near: float | None
-    symbol: str = ""
+    asks: Asks
+    given: tuple[Closure, Closure]
+    rod: Rod | None = None
+    law: CohesiveLaw | None = None
+    state: str | None = None
+    near: float | None = None
+    exact: dict[str, float] = field(default_factory=dict, compare=False)
+
+    # --- how it is made -----------------------------------------------------------------
+
+    @classmethod
+    def at(cls, rod: Rod, law: CohesiveLaw | None, given: str, ratio: float) -> Question:
+        """Return the question about a rod at a given number, dimensionless."""
+        asks = ASKS[given]
+        return cls(asks, (Closure("ratio", rod.ratio), Closure(asks.given.kind, ratio)), rod, law)
+
+    @classmethod
+    def at_groups(cls, law: CohesiveLaw | None, beta0: float, lam: float) -> Question:
+        """Return the paper's dual problem, alpha1 at (beta0, lambda)."""
+        return cls(ASKS["lam"], (Closure("length", math.cbrt(beta0)), Closure("lam", lam)), None, law)
+
+    @classmethod
+    def of_rod(
+        cls,
+        rod: Rod,
+        given: str,
+        value: float,
+        *,
+        law: str | CohesiveLaw = "auto",
+        state: str | None = None,
+        near: float | Equilibrium | None = None,
+    ) -> Question:
+        """Return the question about a rod of which a number is given, all in the rod's units.
+
+        Raises
+        ------
+        InvalidInput
+            If an argument cannot be meant.
+        OutOfRange
+            If eta/y0 is far off.
+        """
+        asks, rod = ASKS[given], require_rod(rod, RATIOS)
+        ratio = asks.given.to_ratio(rod, value)
+        exact = {given: finite(given, value, asks.given.unit_of(rod)), asks.given.attribute: ratio}
+        posed = cls.at(rod, known_law(law), given, ratio)
+        label = known_state(state)
+        sought = _sought(near, asks.asked, lambda wanted: asks.asked.to_ratio(rod, wanted))
+        return replace(posed, state=label, near=sought, exact=exact)
+
+    @classmethod
+    def of_groups(
+        cls,
+        beta0: float,
+        lam: float | None = None,
+        beta1: float | None = None,
+        *,
+        law: str | CohesiveLaw = "linear",
+        state: str | None = None,
+        near: float | Equilibrium | None = None,
+    ) -> Question:
+        """Return the question about the paper's groups.
+
+        Raises
+        ------
+        InvalidInput
+            If an argument cannot be meant.
+        """
+        held, shift = known_beta0(beta0), known_lambda(lam, beta1)
+        posed = cls.at_groups(known_law(law), held, shift)
+        if held == 0.0 and not posed.effective_law.is_affine:
+            raise InvalidInput(
+                "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
+            )
+        exact = {"beta0": held, "lam": shift}
+        if beta1 is not None:
+            exact["beta1"] = finite("beta1", beta1)
+        label, sought = known_state(state), _sought(near, ALPHA1, lambda wanted: finite("near", wanted))
+        return replace(posed, state=label, near=sought, exact=exact)
+
+    # --- what it says -------------------------------------------------------------------
+
+    @property
+    def effective_law(self) -> CohesiveLaw:
+        """The law that is solved with."""
+        return COHESIVE if self.law is None else self.law
+
+    @property
+    def asked(self) -> str:
+        """The attribute of an `Equilibrium` that is asked for."""
+        return self.asks.asked.attribute
+
+    def read(self, scalars: Scalars) -> Any:
+        """Return the answered number of a solution, as `Measure.read` does."""
+        return self.asks.asked.read(scalars)
+
+    @property
+    def ratio(self) -> float:
+        """eta/y0; infinite at beta0 = 0."""
+        first, second = self.given
+        if first.kind == "ratio":
+            return first.value
+        return (PI4 + second.value) / first.value**4 if first.value > 0.0 else math.inf
+
+    @property
+    def path(self) -> Closure:
+        """What stays fixed along the branch that holds the answers: a rod's ratio, or beta0 = 0."""
+        first = self.given[0]
+        if first.kind == "ratio":
+            require_ratio(first.value)
+            return first
+        return Closure("ratio", self.ratio) if first.value else first
+
+    @property
+    def target(self) -> Closure:
+        """What is looked for along that branch."""
+        first, second = self.given
+        return first if first.kind == "length" and first.value else second
 
     @property
     def goal(self) -> Goal:
-        """How far along the branch the states that are meant may lie."""
+        """How far along that branch the states that are meant may lie."""
         return Goal(self.target, anywhere=self.state == "folded" or self.near is not None)
 
+    @property
+    def words(self) -> str:
+        """What is given, in a few words."""
+        first, second = self.given
+        if self.rod is None:
+            return f"beta0 = {self.exact.get('beta0', first.value**3):.6g}, lambda = {second.value:.6g}"
+        return self.asks.given.worded(self.rod, second.value)
+
+    def in_units(self, value: float) -> float:
+        """Return a value of the given number as the caller would give it."""
+        return value if self.rod is None else self.asks.given.from_ratio(self.rod, value)
+
     def named(self, value: float) -> str:
-        """Return a value of the given number with its unit."""
-        return f"{value:.8g} {self.symbol}".rstrip()
+        """Return a value of the given number, in the caller's units, with its unit."""
+        unit = "" if self.rod is None else self.asks.given.unit_of(self.rod)
+        return f"{value:.8g} {unit}".rstrip()
 
     def fits(self, label: str) -> bool:
         """Whether a state with this label is meant."""
@@ -82,232 +306,41 @@ class Question:
             return self.near is not None or label in UNFOLDED
         return fits(label, self.state)
 
-
-@one_thread
-def solve(question: Question, method: Method, tol: float) -> Equilibrium:
-    """Find the state a question means, solve for it and certify the answer."""
-    tol = positive("tol", tol)
-    began, posed = time.perf_counter(), question.posed
-    if method.series and question.near is None and question.state != "folded":
-        _path_closure(question)
-        summed = _summed(question, method, tol)
-        if summed is not None:
-            return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
-        if method.transcription is not None:
-            method = replace(method, series=())
-    chosen, spacing, walked = _select(question)
-    solved = answer(posed, chosen.landed, method, tol)
-    result = report(posed, chosen.state, solved, tol)
-    own = posed.read(chosen.profile.scalars)
-    jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
-    if jumped:
-        raise NotConverged(
-            f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
-            remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
-        )
-    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
-    result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
-    if not result.certified:
-        raise NotCertified(
-            f"{question.words}: found {posed.asked} = {result.answer:.8g}, but its error"
-            f" {result.error:.1e} or its certificate {result.certificate:.1e} exceeds tol = {tol:.1e}"
-            f" (condition of the question {stats.condition:.1e}).",
-            remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
-            candidates=(result,),
-        )
-    return result
+    def stamped(self, eq: Equilibrium) -> Equilibrium:
+        """Return an answer with the numbers that were given unchanged to the last bit."""
+        if self.rod is not None:
+            return replace(eq, given=self.exact)
+        groups = dict(self.exact)
+        beta0, lam = groups.pop("beta0"), groups.pop("lam")
+        return replace(eq, beta0=beta0, lam=lam, given=groups)
 
 
-def _distance(question: Question, answer: float) -> tuple[str, ...]:
-    """Flag an answer that was asked for by value and is not near it."""
-    if question.near is None or abs(answer - question.near) <= NEARBY * (abs(question.near) + NEARBY):
-        return ()
-    return (f"far from near={question.near:.4g}",)
-
-
-def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:
-    """Answer in closed form, without a walk; None where that is out of reach."""
-    posed = question.posed
-    for order in method.series:
-        state = question.state or "unfolded"
-        try:
-            found = closed_form(posed, state, (order,), tol)
-        except NotConverged:
-            continue
-        solved = Answer(found.problem, found.x, found.error, found.stats)
-        result = report(posed, found.state, solved, tol)
-        if result.certified and question.fits(found.state):
-            return result
-    return None
-
-
-def _path_closure(question: Question) -> Closure:
-    """Return what stays fixed along the branch to walk: a rod's ratio, or beta0 = 0."""
-    first = question.posed.given[0]
-    if first.kind == "ratio":
-        require_ratio(first.value)
-        return first
-    if first.value == 0.0:
-        return first
-    return Closure("ratio", question.posed.ratio)
-
-
-def _select(question: Question) -> tuple[Candidate, float, int]:
-    """Walk as far as the question needs and pick the state it means.
-
-    Returns the state, how far its answer is from that of the next one, and the length of
-    the walk in points.
-    """
-    closure, posed = _path_closure(question), question.posed
-    branch = primary_branch(posed.effective_law, closure, -1 if question.state == "spurious" else 1)
-    question.goal.walk(branch)
-    found = branch.candidates(question.target)
-    if question.near is not None:
-        found = found + _off_the_branch(closure, question)
-    fitting = [c for c in found if question.fits(c.state)]
-    if not fitting and not softens(branch.family.law):
-        branch.extend(lambda _: False)  # its first fold in pressure need not be the minimum
-        found = branch.candidates(question.target)
-        fitting = [c for c in found if question.fits(c.state)]
-    if not fitting:
-        fitting = [c for c in beside_folds(branch, question.target) if question.fits(c.state)]
-        found = found + fitting
-    if not fitting:
-        raise _nothing_fits(branch, question, found)
-    if question.near is not None:
-        chosen = _nearest_candidate(fitting, question)
-    elif branch.ended in UNFINISHED and not question.goal.passed(branch):
-        raise _not_followed(branch, question, True)  # the state meant may lie beyond
-    elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
-        values = [posed.read(c.profile.scalars) for c in fitting]
-        listed = ", ".join(f"{posed.asked} = {v:.6g}" for v in values)
-        raise AmbiguousState(
-            f"{question.words}: {len(fitting)} {question.state} states fit: {listed}.",
-            remedy="Pick one with near=.",
-            candidates=tuple(values),
-        )
-    else:
-        chosen = min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))  # the lowest pressure
-    own = posed.read(chosen.profile.scalars)
-    others = np.array([c.estimate(posed.read) for c in found if c is not chosen])
-    apart = np.abs(others - own)
-    # What coincides with the chosen state is the same state, met on another walk.
-    spacing = float(np.min(apart[apart > 1e-4 * (1.0 + abs(own))], initial=np.inf))
-    return chosen, spacing, len(branch.points)
-
-
-def _off_the_branch(closure: Closure, question: Question) -> list[Candidate]:
-    """States that are not on the detached primary branch, near the answer sought."""
-    if question.near is None or question.target.kind != "length":
-        return []
-    law, beta0 = question.posed.effective_law, question.target.value**3
-    P = question.near if question.posed.asked == "pressure_ratio" else 1.0 + question.near / beta0
-    if P < 1.0:
-        return states_near(law, closure.value, question.target.value, P)
-    beyond = primary_branch(law, closure, -1)
-    question.goal.walk(beyond)
-    return beyond.candidates(question.target)
-
-
-def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candidate:
-    """Pick the state whose answer is nearest to the one sought, solving only where it is close."""
-    assert question.near is not None
-    near, read = question.near, question.posed.read
-    guessed = [abs(c.estimate(read) - near) for c in candidates]
-    margin = 2.0 * min(guessed) + 0.02 * (1.0 + abs(near))
-    reached: list[tuple[float, Candidate]] = []
-    lost: list[tuple[Candidate, NotConverged]] = []
-    for candidate, distance in zip(candidates, guessed, strict=True):
-        if distance > margin:
-            continue
-        try:
-            reached.append((abs(read(candidate.profile.scalars) - near), candidate))
-        except NotConverged as error:
-            lost.append((candidate, error))
-    nearest = min((distance for distance, _ in reached), default=math.inf)
-    for candidate, reason in lost:
-        met = any(candidate.holds(other) for _, other in reached)
-        if not met and candidate.least_distance(read, near) < nearest:
-            raise reason  # it might be the one that is meant
-    # A state of the primary branch may be met on another walk too: its own label comes first.
-    same = nearest + SAME * (1.0 + abs(near))
-    return next(candidate for distance, candidate in reached if distance <= same)
-
-
-def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
-    """Say what exists instead, or that the branch could not be followed far enough to know."""
-    known = softens(branch.family.law) and question.goal.passed(branch)
-    if not found and branch.family.law.branch_ends:
-        branch.extend(lambda _: False)
-        found = branch.candidates(question.target)
-    if branch.ended in UNFINISHED:
-        in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
-        # What is left of a branch of these laws is known to go on the way it went.
-        simple = branch.family.law in (LINEAR, COHESIVE)
-        if not (simple or known) or _heads_for(branch, question.target) or not in_range:
-            return _not_followed(branch, question, in_range)
-    nearest, posed = _nearest(branch, question), question.posed
-    message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
-    if nearest is not None:
-        message += f" The nearest that does exist: {question.posed.given_name} = {question.named(nearest)}."
-    if found:
-        listed = (f"{c.state} ({posed.asked} about {c.estimate(posed.read):.4g})" for c in found)
-        message += f" States that do exist there: {', '.join(listed)}."
-    remedy = "Ask for one of them with state=." if found else ""
-    return NoEquilibrium(message, remedy=remedy, nearest=nearest)
-
-
-def _heads_for(branch: PrimaryBranch, target: Closure) -> bool:
-    """Whether the last points of a walk come nearer to what is looked for."""
-    read = READINGS[target.kind]
-    before, last = (read(p.scalars) - target.value for p in branch.points[-2:])
-    return before * last > 0.0 and abs(last) < abs(before)
-
-
-def _ratio(branch: PrimaryBranch) -> float:
-    """eta/y0 where a walk ended; infinite at beta0 = 0."""
-    last = branch.points[-1].scalars
-    return float(last.ratio) if last.sigma > 0.0 else math.inf
-
-
-def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> PeelOptError:
-    """Say where a walk ended that did not come to the end of its branch."""
-    last = branch.points[-1].scalars
-    reached = f"lambda = {last.lam:.4g}"
-    if last.sigma > 0.0:
-        reached += f", p/T0 = {last.pressure_ratio:.4g}"
-    message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
-    if in_range or not branch.family.law.branch_ends:
-        return NotConverged(message, remedy="Give a number nearer to the transition.")
-    return OutOfRange(
-        f"{message} Its eta/y0 = {_ratio(branch):.4g} is outside [{RATIOS[0]:g}, {RATIOS[1]:g}].",
-        remedy="Give groups of a rod within that range.",
-    )
-
-
-def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
-    """Value of the given number, nearest to the one asked, that the wanted states have."""
-    if question.posed.asked == "alpha1" and branch.side > 0:
-        # The caller keeps beta0, so what exists is read off the branch at this beta0.
-        branch = primary_branch(branch.family.law, question.posed.given[0])
-        branch.extend(lambda _: bool(branch.folds) or len(branch.points) > ENDLESS)
-        asked, values = question.posed.given[1].value, [p.scalars.lam for p in branch.points]
-    else:
-        asked, read = question.target.value, READINGS[question.target.kind]
-        values = [read(p.scalars) for p in _of_the_state(branch, question)]
-    if not values:
+def _sought(
+    near: float | Equilibrium | None, asked: Measure, scale: Callable[[float], float]
+) -> float | None:
+    if near is None:
         return None
-    return question.unit(round(float(min(values, key=lambda v: abs(v - asked))), 12))
+    return float(getattr(near, asked.attribute)) if isinstance(near, Equilibrium) else scale(near)
 
 
-def _of_the_state(branch: PrimaryBranch, question: Question) -> list[Point]:
-    """Points of the states that are meant, ends included; folds as a finer mesh has them."""
-    wanted: dict[int, Point] = {}
-    for here, there in pairwise(branch.points):
-        if question.fits(branch.state_at(0.5 * (here.arclength + there.arclength))):
-            wanted |= {id(here): here, id(there): there}
-    for located in branch.folds:
-        fold = sharpened(branch, located) if id(located.point) in wanted else None
-        if fold is not None:
-            wanted[id(located.point)] = fold.fold
-    return list(wanted.values())
+def known_law(law: str | CohesiveLaw) -> CohesiveLaw | None:
+    """Return the law a caller named or made; None for "auto"."""
+    named: dict[object, CohesiveLaw | None] = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
+    if isinstance(law, CohesiveLaw):
+        return law
+    if not isinstance(law, str) or law not in named:
+        raise InvalidInput(
+            f"unknown law {law!r}.",
+            remedy=f"Choose one of {', '.join(map(str, named))} or pass a CohesiveLaw.",
+        )
+    return named[law]
+
+
+def known_lambda(lam: float | None, beta1: float | None) -> float:
+    """Return lambda > -pi^4 from whichever of the two a caller gave."""
+    if (lam is None) == (beta1 is None):
+        raise InvalidInput("give either lam or beta1, and not both.")
+    shift = finite("lam", lam) if lam is not None else positive("beta1", beta1) - PI4
+    if shift <= -PI4:
+        raise InvalidInput(f"beta1 = pi^4 + lam must be positive, got lam = {shift:g}.")
+    return shift

@@ -92,7 +92,7 @@ class Equilibrium(Groups[float], Stored):
         "y < 0", "alpha1 > 0", "overhang" (|theta| > pi/2), "tip on plate", "self-contact"; and
         that the nearest state is "far from near=" the value asked for, in the groups' units.
     given : dict
-        The numbers that were given, by the names of the attributes that have them unchanged.
+        The numbers that were given, by their names; attributes of the same name have them unchanged.
     law_samples : tuple of float
         What tells a law of the user's own from another of its name, where only the shape is kept.
     """

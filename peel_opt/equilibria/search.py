@@ -15,10 +15,10 @@ from ..continuation.edge_scan import scan
 from ..continuation.edge_shooting import EdgeShooting
 from ..continuation.family import Family
 from ..continuation.goal import ENDLESS
-from ..continuation.points import Landed, Point
+from ..continuation.points import Point, SolvedState
 from ..continuation.primary import Candidate, PrimaryBranch, crossings, primary_branch
 from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length
-from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.bond import CohesiveLaw
 from ..model.law_arrays import tip_heights
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile, Transcription
@@ -50,13 +50,13 @@ KEPT = 0.02
 class FoundState:
     """A solution and the name of its family."""
 
-    landed: Landed
+    solution: SolvedState
     state: str
 
     @property
     def profile(self) -> Profile:
         """The solution, sampled."""
-        return self.landed.profile
+        return self.solution.profile
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class StateSearch:
         if self.given.kind == "pressure":
             others, searched = self._from_edge(self._longest(branches[0], found))
             return found + others, searched
-        if self.law in (LINEAR, COHESIVE):  # the search from the tip knows these two
+        if self.law.falls_straight:  # the search from the tip knows these two
             found += self._from_tip()
         if self.gamma > EASY_GAMMA:
             found = self._with_detours(found)
@@ -104,7 +104,7 @@ class StateSearch:
             branch.extend(partial(self._past, branch))
             for candidate in branch.candidates(self.given):
                 try:
-                    found.append(FoundState(candidate.landed, candidate.state))
+                    found.append(FoundState(candidate.solution, candidate.state))
                 except NotConverged:
                     continue  # near the end of the branch; the search off it has another chance
         return found, branches
@@ -115,7 +115,7 @@ class StateSearch:
 
     def _beyond(self, branch: PrimaryBranch, point: Point) -> bool:
         s, side, given = point.scalars, branch.side, self.given.value
-        endless = side < 0 or branch.family.law == LINEAR
+        endless = side < 0 or not branch.family.law.branch_ends
         if not endless or point is branch.points[0]:
             return False
         if self.given.kind == "length":
@@ -163,21 +163,21 @@ class StateSearch:
         return found
 
     def _pressures(self) -> tuple[float, float]:
-        return PRESSURES[0] if self.law == LINEAR else LOWEST, PRESSURES[1]
+        return LOWEST if self.law.branch_ends else PRESSURES[0], PRESSURES[1]
 
     def _searched_from_tip(self) -> Searched | None:
-        if self.law not in (LINEAR, COHESIVE):
+        if not self.law.falls_straight:
             return None
         angles, sigma = (-STEEPEST, STEEPEST), self.given.value
         return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
 
-    def _landed(self, start: Profile, meshes: Sequence[Transcription]) -> Landed | None:
+    def _landed(self, start: Profile, meshes: Sequence[Transcription]) -> SolvedState | None:
         """Correct a start on the first of some meshes that leads to the state it shows, or any state."""
         landed = None
         for mesh in meshes:
             solved = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
             if solved is not None:
-                landed = Landed(*solved, (self.rod, self.given))
+                landed = SolvedState(*solved, (self.rod, self.given))
                 if _near(start, landed.profile):
                     break
         return landed
@@ -190,7 +190,7 @@ class StateSearch:
             state = queue.pop(0)
             for candidate in _met_again(isolength, state.profile, self.rod):
                 try:
-                    landed = candidate.landed
+                    landed = candidate.solution
                 except NotConverged:
                     continue
                 if not any(close(landed.profile, other.profile) for other in every):
@@ -212,7 +212,7 @@ def _near(start: Profile, solved: Profile) -> bool:
     return abs(a.sigma - b.sigma) < KEPT * a.sigma and abs(a.A - b.A) < KEPT * (1.0 + abs(a.A))
 
 
-def _label(landed: Landed) -> str:
+def _label(landed: SolvedState) -> str:
     return "spurious" if landed.profile.scalars.alpha1 > 0.0 else "other"
 
 

@@ -167,8 +167,8 @@ def require_agreement(eq: Equilibrium, head: dict[str, Any], columns: dict[str, 
     if math.isfinite(eq.alpha1):
         # What was given stands for what follows from the groups, and must not hide that it does not.
         bare = replace(eq, given={})
-        for key, value in eq.given.items():
-            if not _agree(value, getattr(bare, key), SAME_RATIO):
+        for key, value in eq.given.items():  # of a question that was added, no other number tells
+            if hasattr(bare, key) and not _agree(value, getattr(bare, key), SAME_RATIO):
                 raise ValueError(f"its given {key!r} is not what follows from its other numbers")
     for key, stored in (head | columns).items():
         if key in derived and not _agree(stored, derived[key]):

@@ -15,10 +15,10 @@ from ..base.threads import one_thread
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
 from ..continuation.goal import below_zero, left_for_good
-from ..continuation.landing import UNFINISHED, asked_at, landings, require_met, with_asked
+from ..continuation.landing import UNFINISHED, asked_at, points_at, require_met, with_asked
 from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
-from ..continuation.special import RANGE, locate
+from ..continuation.special import EVENTS, locate
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
@@ -29,7 +29,7 @@ from ..residual.meshes import TRACED
 from .assembly import WalkedSide, assemble, describe, require_identity
 from .branch import Branch
 from .branch_parts import Trivial
-from .posed import known_law
+from .question import known_law
 
 #: Share of ``tol`` to which some points of the walk must be accurate, by whether the law has kinks.
 SHARE = (0.01, 0.3)
@@ -197,7 +197,7 @@ def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tup
     points = walk.points
     if window is None:
         return [(points, walk.ended)]
-    borders = [landed for border in window for landed in landings(walk.family, points, "lam", border)]
+    borders = [landed for border in window for landed in points_at(walk.family, points, "lam", border)]
     every = sorted([*points, *borders], key=lambda p: p.arclength)
     pieces: list[list[Point]] = []
     for here, there in pairwise(every):
@@ -219,7 +219,7 @@ def _finished(
     every = [*walk.folds, walk.contact] if walk.contact else walk.folds
     specials = [f for f in every if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
-        specials += locate(walk.family, points, RANGE)
+        specials += locate(walk.family, points, EVENTS)
     points, specials, met = with_asked(walk.family, points, specials, asked)
     sign = -1 if walk.side < 0 else 1
     return WalkedSide(walk.family, points, specials, walk.state_at, ended, sign), met

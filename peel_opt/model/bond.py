@@ -31,6 +31,9 @@ WIDE = 0.5
 #: Octaves of u in which a law is looked at for a mean traction that pushes.
 FARTHEST = 20
 
+#: Largest kinks of a law, or ranges without one, up to which it is looked at for a traction that rises.
+WIDEST = 4.0
+
 #: Separation at which the search for a tip height ends.
 HIGHEST = 2.0**60
 
@@ -262,6 +265,29 @@ class CohesiveLaw:
         drop = self.pieces[0].drop
         return len(self.pieces) == 1 and isinstance(drop, Affine) and drop.offset == 0.0
 
+    @property
+    def falls_straight(self) -> bool:
+        """Whether tau = 1 - u as long as it pulls, as the paper's laws: the linear law, and law (8).
+
+        Such a rod has the series while it stays within y0, one minimum of the pressure and no other,
+        and beyond what was followed of it its branch is known to go on as it went.
+        """
+        drops = tuple(piece.drop for piece in self.pieces)
+        cut = self.kinks == (1.0,) and drops[1:] == (Affine(1.0, 0.0),)
+        return drops[0] == Affine(0.0, 1.0) and (cut or not self.kinks)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether tau = 1 - u at every height, so that it pushes beyond y0."""
+        return self.falls_straight and not self.kinks
+
+    @cached_property
+    def softens(self) -> bool:
+        """Whether the traction never rises: then the pressure falls to one minimum and rises."""
+        places = np.unique([*np.linspace(0.0, WIDEST * max(self.kinks, default=1.0), 400), *self.kinks])
+        traction = np.array([self.traction(float(u)) for u in places])
+        return bool(np.all(np.diff(traction) <= 1e-12))
+
     @cached_property
     def branch_ends(self) -> bool:
         """Whether p stays positive at every height, so that a rod's branch ends with its tip on the plate.
@@ -343,3 +369,8 @@ COHESIVE = named(
     CohesiveLaw((Affine(1.0, -1.0), Affine(0.0, 0.0)), (1.0,), drop=(Affine(0.0, 1.0), Affine(1.0, 0.0))),
     "cohesive",
 )
+
+
+def as_asked(law: CohesiveLaw) -> str | CohesiveLaw:
+    """Return a law as the public calls take it: law (8) as "auto", named linear where the two agree."""
+    return "auto" if law == COHESIVE else law

@@ -34,11 +34,13 @@ EQUATIONS: dict[str, Callable[..., Any]] = {
     "plane": lambda s, offset, *normal: ca.dot(ca.vertcat(*normal), coordinates(s)) - offset,
 }
 
-#: The number that the equation of some closures gives, in its own units.
-READINGS: dict[str, Callable[[Scalars], float]] = {
-    "length": lambda s: float(s.sigma),
-    "pressure": lambda s: float(s.pressure_ratio),
-    "lam": lambda s: float(s.lam),
+#: The number that the equation of a closure gives, where it is of interest by itself.
+READINGS: dict[str, Callable[[Scalars], Any]] = {
+    "ratio": lambda s: s.ratio,
+    "length": lambda s: s.sigma,
+    "pressure": lambda s: s.pressure_ratio,
+    "lam": lambda s: s.lam,
+    "alpha1": lambda s: s.alpha1,
 }
 
 #: Closures that give one of the scalars itself.

@@ -22,3 +22,10 @@ def test_every_figure_is_on_the_page_of_the_figures() -> None:
     text = (DOCS / "figures.md").read_text(encoding="utf-8")
     for name in figures.FIGURES:
         assert f"figure_{name.replace('-', '_')}.png" in text or f"figures {name}" in text, name
+
+
+def test_the_glossary_names_what_there_is_in_the_code() -> None:
+    rows = (DOCS / "glossary.md").read_text(encoding="utf-8")
+    code = "\n".join(path.read_text(encoding="utf-8") for path in Path(peel_opt.__path__[0]).rglob("*.py"))
+    for name in re.findall(r"`([A-Za-z_.]+)`", rows):
+        assert re.search(rf"\b{re.escape(name.rpartition('.')[2])}\b", code), name

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from graphlib import TopologicalSorter
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -107,6 +108,18 @@ def room(name: str) -> int:
     return ROOMS.index(name.split(".", maxsplit=1)[0])
 
 
+def described(text: str) -> set[str]:
+    """Names in the section "Parameters" of a docstring: "rod : Rod", or "law, tol" alone."""
+    _, _, section = text.partition("Parameters\n----------\n")
+    found: set[str] = set()
+    for before, line in pairwise(["", *section.splitlines()]):
+        if line.startswith("---"):  # the next section, whose title was taken for a name
+            return found - {before}
+        if line and not line.startswith(" "):
+            found |= {name.strip(" *") for name in line.partition(" : ")[0].split(",")}
+    return found
+
+
 def each(modules: list[Module]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("module", modules, ids=lambda module: module.name or "peel_opt")
 
@@ -197,6 +210,27 @@ def test_reading_a_file_never_runs_code(module: Module) -> None:
             assert given.get("allow_pickle") == "False", f"line {node.lineno}"
 
 
+@each([module for module in MODULES if not module.name.startswith("model")])
+def test_what_a_law_is_like_is_asked_of_the_law(module: Module) -> None:
+    paper = {"LINEAR", "COHESIVE"}
+    for node in module.nodes(ast.Compare):
+        named = {inner.id for inner in ast.walk(node) if isinstance(inner, ast.Name)}
+        assert not named & paper, f"line {node.lineno}: {ast.unparse(node)}"
+
+
+@each(MODULES)
+def test_what_a_docstring_calls_a_parameter_is_one(module: Module) -> None:
+    for node in module.nodes(ast.FunctionDef):
+        taken = {a.arg for a in ast.walk(node.args) if isinstance(a, ast.arg)}
+        strange = described(ast.get_docstring(node) or "") - taken
+        assert not strange, f"line {node.lineno}, {node.name}: {sorted(strange)}"
+    for node in module.nodes(ast.ClassDef):
+        fields = {inner.id for inner in ast.walk(node) if isinstance(inner, ast.Name)}
+        fields |= {inner.arg for inner in ast.walk(node) if isinstance(inner, ast.arg)}
+        strange = described(ast.get_docstring(node) or "") - fields
+        assert not strange or node.bases, f"line {node.lineno}, {node.name}: {sorted(strange)}"
+
+
 # --- the public face ------------------------------------------------------------------------
 
 
@@ -207,10 +241,11 @@ def test_a_public_name_is_documented(name: str) -> None:
     assert text
     if inspect.isfunction(thing):
         signature = inspect.signature(thing)
-        assert not signature.parameters or "Parameters\n---" in text
+        assert described(text) == set(signature.parameters)
         assert signature.return_annotation in (None, "None") or "Returns\n---" in text
     elif dataclasses.is_dataclass(thing) and [f for f in dataclasses.fields(thing) if f.repr]:
-        assert "Parameters\n---" in text
+        assert described(text)
+        assert described(text) <= {f.name for f in dataclasses.fields(thing)}
 
 
 def test_a_room_does_not_hide_the_call_of_its_name() -> None:

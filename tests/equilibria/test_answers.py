@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.equilibria.answers import ASKS, NUMBERS, TEXTS
+from peel_opt.equilibria.answers import KINDS, NUMBERS, TEXTS
 from peel_opt.model.rod import RATIOS
 
 ONE_BY_ONE = import_module("peel_opt.equilibria.answers")
@@ -284,4 +284,4 @@ def test_a_table_has_a_line_for_each_question(tmp_path):
 
 
 def test_every_question_has_an_answer():
-    assert set(ASKS.values()) == {"length_ratio", "pressure_ratio", "alpha1"}
+    assert {asks.asked.attribute for asks in KINDS.values()} == {"length_ratio", "pressure_ratio", "alpha1"}

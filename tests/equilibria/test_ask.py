@@ -455,3 +455,22 @@ def test_numbers_that_were_given_survive_a_file(tmp_path: Path) -> None:
 
 def test_dir_lists_what_is_public() -> None:
     assert set(dir(po)) == set(po.__all__)
+
+
+def test_a_spurious_state_is_found_at_a_pressure_by_every_method() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    by_auto, by_spectral = (
+        po.length_given_pressure(rod, 1.5, state="spurious", method=method) for method in ("auto", "spectral")
+    )
+    assert by_auto.state == by_spectral.state == "spurious"
+    assert by_auto.length_ratio == pytest.approx(by_spectral.length_ratio, abs=1e-9)
+    # Through the same point the other way round.
+    back = po.pressure_given_length(rod, by_auto.length_ratio, state="spurious")
+    assert back.pressure_ratio == pytest.approx(1.5, abs=1e-8)
+
+
+@pytest.mark.parametrize("beta0", [0.0, 4.0, 60.0])
+def test_without_a_spurious_state_the_nearest_lambda_is_that_of_the_transition(beta0: float) -> None:
+    with pytest.raises(po.NoEquilibrium) as caught:
+        po.equilibrium(beta0=beta0, lam=-1.0, state="spurious")
+    assert caught.value.nearest == pytest.approx(0.0, abs=1e-9)  # where they begin

@@ -33,6 +33,18 @@ LAWS = {
         trapezoidal(0.3).blend(COHESIVE, 0.25),
     )
 }
+FALLING = CohesiveLaw((lambda u: 1.0 - u, lambda u: 0.0 * u), kinks=(1.0,), name="law (8) again")
+
+
+def test_the_laws_of_the_paper_fall_straight_and_blends_with_them_do_not() -> None:
+    assert [name for name, law in LAWS.items() if law.falls_straight] == ["linear", "cohesive"]
+    assert [name for name, law in LAWS.items() if law.is_linear] == ["linear"]
+    assert COHESIVE.blend(COHESIVE, 0.5).falls_straight
+    assert [name for name, law in LAWS.items() if not law.softens] == []
+    assert not CohesiveLaw(lambda u: 1.0 + 0.1 * u - 0.1 * u**2, name="rising").softens
+    assert not FALLING.falls_straight  # what a formula of the user's does cannot be read off it
+
+
 HEIGHTS = (0.0, 1e-6, 0.17, 0.3, 0.5, 0.9, 1.0, 1.1, 1.9, 2.0, 3.7)
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 bounded_law = pytest.mark.parametrize("law", [v for k, v in LAWS.items() if k != "linear"])

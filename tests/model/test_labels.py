@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser
+
 import pytest
 
 from peel_opt import InvalidInput
+from peel_opt.app.cli.common import answer_options
+from peel_opt.app.explorer.state import CHOICES
 from peel_opt.app.explorer.words import in_characters
-from peel_opt.model.labels import FLAGS, OBSERVABLE, SPECIAL_KINDS, fits, known_state, special_kind
+from peel_opt.model.labels import FLAGS, OBSERVABLE, SPECIAL_KINDS, STATES, fits, known_state, special_kind
 from peel_opt.plots.words import typeset, warnings_of
 
 
@@ -24,6 +28,13 @@ def test_who_names_no_state_is_told_which_there_are() -> None:
         known_state("spurious", among=OBSERVABLE)  # nobody observes a rod inside the plate
     assert known_state("spurious") == "spurious"
     assert known_state(None) is None
+
+
+def test_the_explorer_and_the_command_line_offer_the_states_there_are() -> None:
+    assert set(CHOICES["label"]) == {*STATES, "adhered"}
+    parser = ArgumentParser()
+    answer_options(parser, "state")
+    assert ", ".join(OBSERVABLE[:-1]) + f" or {OBSERVABLE[-1]}" in parser.format_help()
 
 
 def test_a_kind_that_is_not_listed_speaks_for_itself() -> None:

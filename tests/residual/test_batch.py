@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from peel_opt.continuation.seeds import charts
-from peel_opt.equilibria.posed import ANSWERS
+from peel_opt.equilibria.question import ANSWERS
 from peel_opt.model.bond import COHESIVE
 from peel_opt.residual.batch import solve
 from peel_opt.residual.certificate import certificate

@@ -91,7 +91,7 @@ def test_the_tangent_goes_to_the_next_solution(mesh: object) -> None:
 def test_the_null_vector_of_a_fold_is_the_tangent_there() -> None:
     """At the least pressure R_x with the ratio held and the pressure held is singular along it."""
     branch = PrimaryBranch(Family(COHESIVE, PATH, GIVEN[0]))
-    fold = branch.reach("LP-pressure")
+    fold = branch.continue_to("LP-pressure")
     assert fold is not None
     p = fold.point
     tangent = Linearised.at(p.problem, p.x, GIVEN[0], Plane.facing(p.direction)).tangent()

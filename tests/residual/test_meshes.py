@@ -14,7 +14,7 @@ from peel_opt.residual.transcriptions import Spectral
 
 
 def least_pressure(mesh: Spectral, ratio: float) -> float:
-    fold = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", ratio))).reach("LP-pressure")
+    fold = PrimaryBranch(Family(COHESIVE, mesh, Closure("ratio", ratio))).continue_to("LP-pressure")
     assert fold is not None
     return float(fold.point.scalars.pressure_ratio)
 
@@ -30,7 +30,9 @@ def test_walks_and_limits_resolve_the_least_pressure(ratio: float) -> None:
 def test_curves_at_fixed_beta0_are_resolved_to_rounding(beta0: float) -> None:
     folds = []
     for mesh in (GROUPS, Spectral(nodes=36)):
-        fold = PrimaryBranch(Family(LINEAR, mesh, Closure("length", math.cbrt(beta0)))).reach("LP-lambda")
+        fold = PrimaryBranch(Family(LINEAR, mesh, Closure("length", math.cbrt(beta0)))).continue_to(
+            "LP-lambda"
+        )
         assert fold is not None
         folds.append(fold.point.scalars.lam)
     assert folds[0] == pytest.approx(folds[1], abs=1e-11)

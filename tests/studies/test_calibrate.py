@@ -11,7 +11,7 @@ import pytest
 import peel_opt as po
 from peel_opt.app.calibration_report import intervals_of
 from peel_opt.continuation.primary import primary_branch
-from peel_opt.equilibria import question
+from peel_opt.equilibria import select
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
@@ -249,7 +249,7 @@ def test_a_point_beyond_the_tip_is_said() -> None:
 @pytest.mark.parametrize("law", [COHESIVE, po.exponential()], ids=lambda law: law.name)
 def test_gradients_on_the_chart_are_those_of_differences(law: po.CohesiveLaw) -> None:
     branch = primary_branch(law, Closure("ratio", 0.75))
-    branch.reach("LP-pressure")
+    branch.continue_to("LP-pressure")
     chart, log_r, h = Chart(law, 16), math.log(0.75), 1e-4
     points = [p for p in branch.points[1:] if p.scalars.A > 0.05]
     here = chart.at(ChartStates.at_points(points), log_r, np.array([p.scalars.A + 1e-3 for p in points]))
@@ -323,7 +323,7 @@ def test_states_are_confirmed_without_looking_on_other_branches(monkeypatch: pyt
     def walk(*_: object) -> list[object]:
         raise AssertionError("looked for states off the branch")
 
-    monkeypatch.setattr(question, "states_near", walk)
+    monkeypatch.setattr(select, "states_near", walk)
     lengths, p = states(TRUTH, PLACES[2:])
     fit = po.calibrate(po.Measurements(lengths, p, pressure_sd=500.0), free=(T0, Y0), rod=start((T0, Y0)))
     assert {eq.state for eq in fit.equilibria} == {"middle", "lower"}

@@ -25,7 +25,7 @@ import peel_opt as po
 from peel_opt.studies.sweep import plan as sweep_plan
 from peel_opt.studies.sweep import process as sweep_process
 from peel_opt.studies.sweep import workers as sweep_workers
-from peel_opt.studies.sweep.answers import NUMBERS, TEXTS, Answers
+from peel_opt.studies.sweep.answers import NUMBERS, TEXTS, ChunkAnswers
 
 #: Some points by series, some by a walk under law (8), some without an answer.
 GRID = {"ratio": np.geomspace(0.3, 20.0, 6), "pressure_ratio": np.linspace(0.2, 0.95, 7)}
@@ -183,12 +183,12 @@ def test_what_cannot_be_meant_is_refused_at_once(axes: Any, named: dict[str, Any
 def test_a_point_that_trips_the_programme_costs_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     from peel_opt.studies.sweep import answers as sweep_answers
 
-    def trips(rod: po.Rod, pressure: float, **options: Any) -> po.Equilibrium:
-        if pressure == 0.6:
+    def trips(rod: po.Rod, given: str, value: float, **options: Any) -> po.Equilibrium:
+        if (given, value) == ("pressure", 0.6):
             raise ZeroDivisionError("an accident")
-        return po.length_given_pressure(rod, pressure, **options)
+        return po.length_given_pressure(rod, value, **options)
 
-    monkeypatch.setattr(sweep_answers, "length_given_pressure", trips)
+    monkeypatch.setattr(sweep_answers, "ask_rod", trips)
     found = po.sweep({"ratio": 1.0, "pressure_ratio": [0.5, 0.6, 0.7]})
     assert found["status"].tolist() == ["certified", "crashed", "certified"]
     assert found["message"][1] == "ZeroDivisionError: an accident"
@@ -268,7 +268,7 @@ def test_a_long_sweep_goes_over_to_processes(monkeypatch: pytest.MonkeyPatch, wh
     here: list[int] = []
     answer = sweep_workers.answer_chunk
 
-    def counted(task: sweep_plan.Task) -> Answers:
+    def counted(task: sweep_plan.Task) -> ChunkAnswers:
         here.append(task.number)
         return answer(task)
 

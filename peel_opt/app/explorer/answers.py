@@ -13,10 +13,10 @@ from ...base.errors import NoEquilibrium, NotCertified, NotConverged, PeelOptErr
 from ...continuation.family import Family
 from ...continuation.goal import Goal
 from ...continuation.primary import Candidate
-from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
-from ...equilibria.certify import report
-from ...equilibria.methods import Method, answer
-from ...equilibria.posed import Posed
+from ...equilibria.ask import ask_rod, equilibrium
+from ...equilibria.certify import certify
+from ...equilibria.methods import Method, solve_to_tolerance
+from ...equilibria.question import ASKS, Question
 from ...equilibria.result import Equilibrium
 from ...model.labels import fits
 from ...residual.closures import Closure
@@ -91,8 +91,7 @@ def _full_answer(state: State) -> Found:
         rod = state.rod
         if rod is None:
             return equilibrium(beta0=state.beta0, lam=state.lam, **options)  # type: ignore[arg-type]
-        question = pressure_given_length if state.given == "length" else length_given_pressure
-        return question(rod, state.value, **options)  # type: ignore[arg-type]
+        return ask_rod(rod, state.given, state.value, **options)  # type: ignore[arg-type]
 
     if mesh is not None:
         rough = _found(state, lambda: ask(Method(mesh, adaptive=False)))
@@ -159,69 +158,67 @@ def _nearest(state: State, value: float | None) -> State | None:
         return None
 
 
-@dataclass(frozen=True)
-class _Ask:
-    """A question, what is looked for along the walks, and the answer sought, if one is."""
-
-    posed: Posed
-    target: Closure
-    near: float | None
-
-
-def _ask(state: State) -> _Ask:
+def _question(state: State) -> Question:
     # None: law (8), or linear where the two agree.
     rod, law = state.rod, law_of(state) if state.law == "linear" else None
+    label = None if state.label == "unfolded" else state.label
     if rod is None:
-        posed = Posed.at_groups(law, state.beta0, state.lam)
-        # Beyond the turn the branch from T at this beta0 does not hold all states: the rod's does.
-        return _Ask(posed, posed.given[state.beta0 < TURN], state.near)
-    if state.given == "length":
-        posed = Posed.at_length(rod, law, rod.length_ratio(state.value))
-        return _Ask(posed, posed.given[1], None if state.near is None else rod.pressure_ratio(state.near))
-    posed = Posed.at_pressure(rod, law, rod.pressure_ratio(state.value))
-    return _Ask(posed, posed.given[1], None if state.near is None else rod.length_ratio(state.near))
+        return replace(Question.at_groups(law, state.beta0, state.lam), state=label, near=state.near)
+    asks = ASKS[state.given]
+    posed = Question.at(rod, law, state.given, asks.given.to_ratio(rod, state.value))
+    near = None if state.near is None else asks.asked.to_ratio(rod, state.near)
+    return replace(posed, state=label, near=near)
+
+
+def _target(state: State, question: Question) -> Closure:
+    """What is looked for along the walks.
+
+    Beyond the turn the branch from T at a given beta0 does not hold all states: the rod's does.
+    """
+    return question.target if question.rod is None and state.beta0 >= TURN else question.given[1]
 
 
 def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equilibrium:
     """Pick the state on the walks and solve for it."""
-    law, ask = law_of(state), _ask(state)
-    if state.rod is None and ask.target.kind == "length":
+    law, question = law_of(state), _question(state)
+    target = _target(state, question)
+    if state.rod is None and target.kind == "length":
         walks = (walked(law, state.effective_ratio, deadline),)
-        if state.label == "spurious" or (ask.near is not None and ask.near > 0.0):
-            beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(ask.target)
+        if state.label == "spurious" or (question.near is not None and question.near > 0.0):
+            beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(target)
             beyond.extend(lambda _: goal.passed(beyond) or time.perf_counter() > deadline)
             walks = (*walks, beyond)
-    found = [candidate for walk in walks for candidate in walk.candidates(ask.target)]
-    chosen = _chosen(state, ask, found)
+    found = [candidate for walk in walks for candidate in walk.candidates(target)]
+    chosen = _chosen(question, found)
     if chosen is None:
-        raise _none(state, ask.target, walks, found)
-    return _solved(state, ask.posed, chosen.profile, chosen.state)
+        raise _none(state, target, walks, found)
+    return _solved(state, question, chosen.profile, chosen.state)
 
 
 def _followed(state: State, before: Equilibrium) -> Equilibrium | None:
     """Solve from the picture before; None unless it is the same state, a little moved."""
     if not isinstance(before.source, Solution) or not fits(before.state, state.label):
         return None
-    posed, start = _ask(state).posed, before.source.problem.profile(before.source.x)
-    moved = Family(posed.effective_law, MOVING, posed.given[0]).solve(start, posed.given[1])
+    question, start = _question(state), before.source.problem.profile(before.source.x)
+    moved = Family(question.effective_law, MOVING, question.given[0]).solve(start, question.given[1])
     if moved is None:
         return None
     profile = moved[0].profile(moved[1].x)
     if abs(profile.scalars.A - start.scalars.A) > NEIGHBOUR * (1.0 + abs(start.scalars.A)):
         return None
     try:
-        return _solved(state, posed, profile, before.state)
+        return _solved(state, question, profile, before.state)
     except PeelOptError:
         return None
 
 
-def _solved(state: State, posed: Posed, profile: Profile, label: str) -> Equilibrium:
+def _solved(state: State, question: Question, profile: Profile, label: str) -> Equilibrium:
     """Solve on one mesh from a solution, with the error from a second."""
     mesh, tol = MESHES.get(state.accuracy, MOVING), max(METHODS[state.accuracy][1], MOVING_TOL)
     method = Method(mesh, adaptive=False)
-    solved = answer(posed, profile, method, tol)
-    result = report(posed, label, solved, tol)
-    if abs(result.answer - posed.read(profile.scalars)) > 0.1 * (1.0 + abs(result.answer)):
+    solved = solve_to_tolerance(question, profile, method, tol)
+    result = certify(question, label, solved, tol)
+    if abs(result.answer - question.read(profile.scalars)) > 0.1 * (1.0 + abs(result.answer)):
         raise NotConverged("the quick solve left the branch.", remedy="Let the slider rest.")
     if not result.certified:
         raise NotCertified(
@@ -232,14 +229,12 @@ def _solved(state: State, posed: Posed, profile: Profile, label: str) -> Equilib
     return result
 
 
-def _chosen(state: State, ask: _Ask, found: list[Candidate]) -> Candidate | None:
-    near = ask.near
-    anything = state.label == "unfolded" and near is not None
-    fitting = [c for c in found if anything or fits(c.state, state.label)]
+def _chosen(question: Question, found: list[Candidate]) -> Candidate | None:
+    near, fitting = question.near, [c for c in found if question.fits(c.state)]
     if not fitting:
         return None
     if near is not None:
-        return min(fitting, key=lambda c: abs(c.estimate(ask.posed.read) - near))
+        return min(fitting, key=lambda c: abs(c.estimate(question.read) - near))
     # The lowest pressure, as everywhere in this package.
     return min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))
 

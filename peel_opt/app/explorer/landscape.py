@@ -14,8 +14,8 @@ from ...analysis.potential import EffectivePotential, Level
 from ...base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ...continuation.family import Family
 from ...continuation.points import Point
-from ...equilibria.trace import landings
-from ...model.bond import COHESIVE
+from ...equilibria.trace import points_at
+from ...model.named_laws import law_named
 from ...plots.panels import Panel
 from ...plots.potential import NAMED
 from ...residual.closures import Closure
@@ -60,10 +60,11 @@ def landscape(beta0: float, curve: Curve | None) -> Landscape:
 def _of_walk(beta0: float, points: tuple[Point, ...], law: str) -> EffectivePotential:
     """Potential of a quick walk; under law (8) it takes a point where the tip passes y0, at p = T0/2, too."""
     kinks: list[Point] = []
-    if law == COHESIVE.name:
-        family = Family(COHESIVE, PATH, Closure("length", math.cbrt(beta0)))
+    bond = law_named(law)
+    if bond is not None and bond.kinks:
+        family = Family(bond, PATH, Closure("length", math.cbrt(beta0)))
         with contextlib.suppress(NotConverged):
-            kinks = landings(family, list(points), "alpha1", -0.5 * beta0)[:1]
+            kinks = points_at(family, list(points), "alpha1", -0.5 * beta0)[:1]
     after = next((i for i, p in enumerate(points) if p.scalars.alpha1 < -0.5 * beta0), len(points))
     return points_potential(beta0, [*points[:after], *kinks, *points[after:]], kinks)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.checks import positive
 from ...base.errors import InvalidInput, PeelOptError
-from ...equilibria.posed import known_law
+from ...equilibria.question import known_law
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.labels import OBSERVABLE, known_state
 from ...model.rod import MATERIAL, Rod

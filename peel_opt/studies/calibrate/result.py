@@ -13,7 +13,7 @@ from ...base.drawing import draw
 from ...base.errors import InvalidInput
 from ...base.records import write_table
 from ...equilibria.result import Equilibrium
-from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.bond import CohesiveLaw, as_asked
 from ...model.rod import UNITS, Rod
 from .data import Observation
 from .fitted import Fitted
@@ -156,8 +156,7 @@ class Calibration:
     @property
     def law(self) -> str | CohesiveLaw:
         """The law of the fit, as the public functions take it."""
-        law = self.problem.chart.law
-        return "auto" if law == COHESIVE else law
+        return as_asked(self.problem.chart.law)
 
     @property
     def has_profile(self) -> bool:

@@ -8,7 +8,7 @@ from ...base.errors import AmbiguousState, NotCertified, PeelOptError
 from ...continuation.primary import primary_branch
 from ...equilibria.ask import length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
-from ...model.bond import COHESIVE, CohesiveLaw
+from ...model.bond import CohesiveLaw, as_asked
 from ...model.labels import UNFOLDED
 from ...model.rod import Rod
 from ...residual.closures import Closure
@@ -59,7 +59,7 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
 def _labels(law: CohesiveLaw, rod: Rod, A: np.ndarray) -> list[str]:
     """Return the names of states by their tip angles, which grow along the branch."""
     branch = primary_branch(law, Closure("ratio", rod.ratio))
-    branch.reach("LP-pressure")
+    branch.continue_to("LP-pressure")
     places = np.interp(A, *np.transpose([(p.scalars.A, p.arclength) for p in branch.points]))
     return [branch.state_at(float(place)) for place in places]
 
@@ -70,7 +70,7 @@ def _asked(
     """Ask for the state in the better conditioned way, then in the other."""
     error: PeelOptError | None = None
     # "auto" calls law (8) linear where the two agree.
-    named = "auto" if law == COHESIVE else law
+    named = as_asked(law)
     for length_given in (by_length, not by_length):
         try:
             if length_given:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.checks import positive
 from ...base.errors import Infeasible, InvalidInput
-from ...equilibria.posed import known_law
+from ...equilibria.question import known_law
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.rod import Rod
 from .material import Free, Material, material
@@ -94,7 +94,8 @@ class DesignProblem:
                 f"{len(stuff.free)} free numbers and {equal} targets to be met exactly leave a choice.",
                 remedy="Say which free number to minimise= or maximise=.",
             )
-        if known_law(law) not in (None, COHESIVE):
+        bond = known_law(law) or COHESIVE
+        if not (bond.falls_straight and bond.branch_ends):
             _require_meaning(stuff, known, wanted)
         if any(_exclude(a, b) for a in wanted for b in wanted):
             raise Infeasible(

@@ -13,7 +13,8 @@ from ...analysis.maxwell_derivative import maxwell_gradient
 from ...analysis.sensitivities import sensitivities
 from ...base.errors import InvalidInput, NoEquilibrium
 from ...base.units import LENGTH, PRESSURE, Kind, display, parse
-from ...equilibria.ask import length_given_pressure, pressure_given_length
+from ...equilibria.ask import ask_rod
+from ...equilibria.question import ASKS
 from ...equilibria.result import Equilibrium
 from ...model.bond import CohesiveLaw
 from ...model.rod import MATERIAL, Rod
@@ -113,7 +114,7 @@ class Target:
         needed = QUANTITIES[self.quantity][1]
         if not needed:
             return self.quantity
-        return f"{self.quantity} at {display(self.given, {'length': 'm', 'pressure': 'Pa'}[needed], 5)}"
+        return f"{self.quantity} at {display(self.given, ASKS[needed].given.unit, 5)}"
 
     def __repr__(self) -> str:
         return f"Target({self.label} {SENSES[self.sense]} {self.shown(self.value)})"
@@ -177,13 +178,11 @@ class Target:
             solved = rod.length(maxwell_gradient(rod.ratio).value)  # the Maxwell point itself
             return Achieved(length, abs(length - solved) + 1e-12 * length)
         eq = self._equilibrium(rod, law)
-        if self.quantity == "pressure":
-            return Achieved(eq.pressure, rod.pressure(eq.error), eq.state)
-        return Achieved(eq.length, rod.length(eq.error), eq.state)
+        asked = ASKS[QUANTITIES[self.quantity][1]].asked
+        return Achieved(getattr(eq, asked.name), asked.from_ratio(rod, eq.error), eq.state)
 
     def _equilibrium(self, rod: Rod, law: str | CohesiveLaw) -> Equilibrium:
-        ask = pressure_given_length if self.quantity == "pressure" else length_given_pressure
-        return ask(rod, self.given, law=law)
+        return ask_rod(rod, QUANTITIES[self.quantity][1], self.given, law=law)
 
 
 def _maxwell(rod: Rod) -> float:

@@ -23,11 +23,11 @@ from ... import __version__
 from ...base.errors import PeelOptError
 from ...base.threads import one_thread
 from ...continuation.primary import forget_branches
-from ...equilibria.ask import equilibrium, length_given_pressure, pressure_given_length
+from ...equilibria.ask import ask_rod, equilibrium
 from ...equilibria.result import Equilibrium
 from ...model.groups import PI4
 from ...model.rod import MATERIAL, Rod
-from .plan import Task
+from .plan import GIVEN, Task, given_among
 
 #: Numbers kept of every point; all are attributes of an equilibrium but the last two.
 NUMBERS = (
@@ -43,7 +43,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
+class ChunkAnswers:
     """What came of a chunk.
 
     Parameters
@@ -64,7 +64,7 @@ class Answers:
     texts: list[tuple[str, ...]]
 
 
-def answer_chunk(task: Task) -> Answers:
+def answer_chunk(task: Task) -> ChunkAnswers:
     """Answer all points of a chunk; failures are rows too."""
     with _ONE_AT_A_TIME, one_thread:
         forget_branches()
@@ -73,7 +73,7 @@ def answer_chunk(task: Task) -> Answers:
     numbers = np.array([row[0] for row in rows], dtype=np.float64)
     # One NaN for all: the sign of the one a processor makes would not survive the journal.
     numbers[np.isnan(numbers)] = math.nan
-    return Answers(task.number, computed_by, numbers, [row[1] for row in rows])
+    return ChunkAnswers(task.number, computed_by, numbers, [row[1] for row in rows])
 
 
 def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> Equilibrium:
@@ -89,15 +89,12 @@ def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> E
         named: dict[str, Any] = {**point, **options}
         return _renamed(partial(equilibrium, **named), lambda lam: lam + shift)
     rod = _rod(point, base)
-    for call, given, absolute, relative in (
-        (length_given_pressure, "pressure", rod.pressure, rod.pressure_ratio),
-        (pressure_given_length, "length", rod.length, rod.length_ratio),
-    ):
-        if given in point:
-            return call(rod, point[given], **options)
-        if (value := point.get(f"{given}_ratio")) is not None:
-            return _renamed(partial(call, rod, absolute(value), **options), relative)
-    raise AssertionError("a plan has a question")
+    name = given_among(point)
+    value, given = point[name], GIVEN[name].given
+    if name == given.name:
+        return ask_rod(rod, name, value, **options)
+    absolute = given.from_ratio(rod, value)
+    return _renamed(partial(ask_rod, rod, given.name, absolute, **options), partial(given.to_ratio, rod))
 
 
 def _renamed(call: Callable[[], Equilibrium], back: Callable[[float], float]) -> Equilibrium:

@@ -25,7 +25,7 @@ import numpy as np
 from ... import __version__
 from ...base.errors import InvalidInput
 from ...base.files import as_path, require_schema
-from .answers import NUMBERS, TEXTS, Answers
+from .answers import NUMBERS, TEXTS, ChunkAnswers
 from .plan import Plan
 
 SCHEMA = "peel_opt sweep journal"
@@ -56,7 +56,7 @@ class Journal:
         if not isinstance(path, str | Path):
             raise InvalidInput(f"journal must be the path of a file, got {path!r}.")
         self.path = as_path(path)
-        self.done: dict[int, Answers] = {}
+        self.done: dict[int, ChunkAnswers] = {}
         self._plan = plan
         self._torn_at: int | None = None
         try:
@@ -72,7 +72,7 @@ class Journal:
             os.close(self._file)
             raise
 
-    def add(self, answers: Answers) -> None:
+    def add(self, answers: ChunkAnswers) -> None:
         """Write a finished chunk through to the disk."""
         numbers = [" ".join(map(float.hex, row)) for row in answers.numbers.tolist()]
         self._append(
@@ -192,7 +192,7 @@ class Journal:
                 raise ValueError(f"chunk {number} does not say who computed it")
             if number in self.done:
                 raise ValueError(f"chunk {number} stands there twice")
-            self.done[number] = Answers(number, computed_by, numbers, texts)
+            self.done[number] = ChunkAnswers(number, computed_by, numbers, texts)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise self._damaged(str(error)) from error
 

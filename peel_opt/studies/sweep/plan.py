@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,7 +23,7 @@ from ...base.arrays import in_si
 from ...base.checks import positive
 from ...base.errors import InvalidInput
 from ...equilibria.methods import Method, as_method
-from ...equilibria.posed import known_law
+from ...equilibria.question import ASKS, known_law, rod_questions
 from ...model.bond import CohesiveLaw
 from ...model.labels import known_state
 from ...model.law_samples import texts
@@ -39,12 +39,10 @@ MOST_POINTS = 5_000_000
 
 SI: Units = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
-GIVEN = ("pressure", "pressure_ratio", "length", "length_ratio")
+#: What is given of a rod, in its units or without one.
+GIVEN = {name: asks for asks in rod_questions().values() for name in (asks.given.name, asks.given.attribute)}
 GROUPS = ("beta0", "beta1", "lam")
 NAMES = (*MATERIAL, "ratio", *GIVEN, *GROUPS)
-
-#: What is asked for where this is given.
-ASKED = {"pressure": "length", "length": "pressure", "lam": "alpha1", "beta1": "alpha1"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,14 +146,13 @@ class Plan:
     @property
     def given(self) -> str:
         """The given number of the question: one of pressure, length, ..., lam, beta1."""
-        return next(name for name in (*GIVEN, "lam", "beta1") if name in self.axes or name in self.fixed)
+        return given_among({*self.axes, *self.fixed})
 
     @property
     def asked(self) -> str:
         """The answered number: "pressure", "length", or their ratios, or "alpha1"."""
-        kind, _, ratio = self.given.partition("_")
-        in_ratio = ratio or self.units is None
-        return ASKED[kind] + ("_ratio" if in_ratio and kind in ("pressure", "length") else "")
+        given, asked = GIVEN.get(self.given) or ASKS[self.given]
+        return asked.attribute if self.units is None or self.given == given.attribute else asked.name
 
     @property
     def units(self) -> Units | None:
@@ -231,6 +228,11 @@ def _units(names: set[str], rod: Rod | None) -> Units | None:
         return None
     own = rod is not None and not names >= set(MATERIAL)
     return Units.of(rod) if own else SI
+
+
+def given_among(names: Container[str]) -> str:
+    """Return which of the names is that of the given number of the question."""
+    return next(name for name in (*GIVEN, *ASKS) if name in names)
 
 
 def si_of(name: str, units: Units | None) -> str:

@@ -24,7 +24,7 @@ from queue import SimpleQueue
 from typing import IO, Any
 
 from ...base.errors import InvalidInput, WorkersLost
-from .answers import Answers, answer_chunk
+from .answers import ChunkAnswers, answer_chunk
 from .plan import Task
 
 #: Run by the new interpreter, whose arguments are the places where modules are looked for.
@@ -81,7 +81,7 @@ class Worker:
         if reason := self._reply(options):
             raise cannot_be_sent(reason)
 
-    def answer(self, task: Task) -> Answers:
+    def answer(self, task: Task) -> ChunkAnswers:
         """Return the answers of a chunk.
 
         Raises
@@ -89,7 +89,7 @@ class Worker:
         WorkersLost
             If the process has ended before.
         """
-        found: Answers = self._reply(pickle.dumps(task))
+        found: ChunkAnswers = self._reply(pickle.dumps(task))
         return found
 
     def end(self) -> None:
@@ -164,5 +164,5 @@ def _taken_up(options: bytes) -> str:
     return ""
 
 
-def _answered(task: bytes) -> Answers:
+def _answered(task: bytes) -> ChunkAnswers:
     return answer_chunk(pickle.loads(task))

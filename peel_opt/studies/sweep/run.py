@@ -18,7 +18,7 @@ from ...equilibria.methods import Method
 from ...model.bond import CohesiveLaw
 from ...model.rod import Rod
 from ...residual.discretisation import Transcription
-from .answers import NUMBERS, TEXTS, Answers, answer_chunk
+from .answers import NUMBERS, TEXTS, ChunkAnswers, answer_chunk
 from .journal import Journal
 from .plan import Options, Plan, Task
 from .table import Sweep
@@ -104,7 +104,7 @@ def sweep(
     if executor is not None and workers is not None:
         raise InvalidInput("give either an executor or a number of workers, and not both.")
     with nullcontext() if journal is None else Journal(journal, plan) as kept:
-        done: dict[int, Answers] = {} if kept is None else dict(kept.done)
+        done: dict[int, ChunkAnswers] = {} if kept is None else dict(kept.done)
         alike = {answers.arithmetic for answers in done.values()}
         _require_alike(alike, same_bits, journal)
         left = [task for task in plan.tasks() if task.number not in done]
@@ -143,7 +143,7 @@ def _require_alike(alike: set[str], same_bits: bool, journal: str | Path | None)
         )
 
 
-def _assembled(plan: Plan, done: Mapping[int, Answers], arithmetic: str) -> Sweep:
+def _assembled(plan: Plan, done: Mapping[int, ChunkAnswers], arithmetic: str) -> Sweep:
     """Put the answers of all chunks in their places."""
     values = {name: np.empty(len(plan)) for name in NUMBERS}
     for i, name in enumerate(TEXTS):

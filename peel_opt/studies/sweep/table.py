@@ -25,7 +25,7 @@ from ...base.records import (
 )
 from ...model.rod import Rod, Units
 from .answers import NUMBERS, TEXTS
-from .plan import ASKED
+from .plan import given_among
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -249,8 +249,7 @@ class Sweep(Stored):
 
 def _given(sweep: Sweep) -> str:
     """Return the given number of the question."""
-    names = {*sweep.axes, *sweep.fixed}
-    return next(name for kind in ASKED for name in (kind, f"{kind}_ratio") if name in names)
+    return given_among({*sweep.axes, *sweep.fixed})
 
 
 def _span(values: Iterable[float]) -> str:

@@ -15,7 +15,7 @@ from multiprocessing import parent_process
 from tempfile import TemporaryFile
 
 from ...base.errors import InvalidInput, WorkersLost
-from .answers import Answers, answer_chunk
+from .answers import ChunkAnswers, answer_chunk
 from .plan import Options, Task
 from .process import Worker, cannot_be_sent
 
@@ -34,7 +34,7 @@ REMEDY = "Pass workers=1; if the machine ran out of memory, fewer workers."
 
 def computed(
     tasks: Sequence[Task], executor: Executor | None, workers: int | None
-) -> Generator[Answers, None, None]:
+) -> Generator[ChunkAnswers, None, None]:
     """Yield the answers of all tasks, in the order in which they are finished.
 
     Parameters
@@ -69,7 +69,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
+def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[ChunkAnswers]:
     if parent_process() is not None:
         workers = 1  # one of several processes: its fellows have the other cores
     began = time.perf_counter()
@@ -87,9 +87,9 @@ def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[Answers]:
         yield answer_chunk(task)
 
 
-def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[Answers]:
+def _by_executor(tasks: Sequence[Task], executor: Executor) -> Iterator[ChunkAnswers]:
     """Submit all to an executor of the caller's, which stays open."""
-    futures: list[Future[Answers]] = []
+    futures: list[Future[ChunkAnswers]] = []
     lost: Exception | None = None
     try:
         try:
@@ -154,7 +154,7 @@ class Crew:
             self.end()
             raise
 
-    def answer(self, task: Task) -> Answers:
+    def answer(self, task: Task) -> ChunkAnswers:
         """Have a chunk answered by an idle process; call it from no more threads than there are processes.
 
         Raises
@@ -196,7 +196,7 @@ class Crew:
         self._idle.append(worker)
 
 
-def _by_crew(tasks: Sequence[Task], crew: Crew) -> Iterator[Answers]:
+def _by_crew(tasks: Sequence[Task], crew: Crew) -> Iterator[ChunkAnswers]:
     """Have all answered; where a process is lost, a new crew does what is left."""
     left, losses = {task.number: task for task in tasks}, 0
     while True:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,9 @@ from ...analysis.sensitivities import Sensitivities, sensitivities
 from ...base.checks import finite
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
-from ...equilibria.ask import length_given_pressure, pressure_given_length
+from ...equilibria.ask import ask_rod
 from ...equilibria.methods import Method
-from ...equilibria.result import Equilibrium
+from ...equilibria.question import ASKS
 from ...model.bond import CohesiveLaw
 from ...model.rod import MATERIAL, Rod, Units
 from ...residual.discretisation import Transcription
@@ -149,8 +149,8 @@ def uncertainty(
 
 def _given(rod: Rod, pressure: float | None, length: float | None) -> dict[str, float]:
     given = {
-        name: finite(name, value, "" if rod.dimensionless else unit)
-        for name, value, unit in (("pressure", pressure, "Pa"), ("length", length, "m"))
+        name: finite(name, value, ASKS[name].given.unit_of(rod))
+        for name, value in (("pressure", pressure), ("length", length))
         if value is not None
     }
     if len(given) > 1:
@@ -159,7 +159,7 @@ def _given(rod: Rod, pressure: float | None, length: float | None) -> dict[str, 
 
 
 def _wanted(of: str | Sequence[str] | None, given: Mapping[str, float], options: Options) -> tuple[str, ...]:
-    asked = {"pressure": "length", "length": "pressure"}.get(next(iter(given), ""))
+    asked = next((ASKS[name].asked.name for name in given), None)
     known = (*((asked,) if asked else ()), *LIMITS)
     wanted: tuple[str, ...]
     if of is None:
@@ -188,8 +188,7 @@ def _nominal(
     if name in LIMITS:
         found = sensitivities(rod, name)
         return found.value, found
-    ask: Callable[..., Equilibrium] = pressure_given_length if name == "pressure" else length_given_pressure
-    eq = ask(rod, *given.values(), **options.keywords())
+    eq = ask_rod(rod, *next(iter(given.items())), **options.keywords())
     try:
         return getattr(eq, name), sensitivities(eq)
     except AtFold:
@@ -203,8 +202,8 @@ def _answers(
     axes: dict[str, Any] = {name: drawn.inputs[:, i] for i, name in enumerate(drawn.names)}
     axes |= {name: value for name, value in given.items() if name not in axes}
     table = sweep(axes, rod=rod, zipped=True, **options)
-    name = "pressure" if "length" in given else "length"
-    values, ratios = table[name], table[f"{name}_ratio"]
+    asked = ASKS[next(iter(given))].asked
+    values, ratios = table[asked.name], table[asked.attribute]
     error = np.nanmax(table["error"] * np.abs(values / ratios), initial=0.0)
     return values, table["status"], float(error)
 
