@@ -1,4 +1,4 @@
-"""Checks of single numbers, with messages that name the field."""
+"""Checks of single values, with messages that name the field."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
+
+import numpy as np
 
 from .arrays import in_si
 from .errors import InvalidInput, OutOfRange
@@ -41,6 +43,13 @@ def pair(name: str, value: object) -> tuple[float, float]:
     if len(numbers) != 2:
         raise InvalidInput(f"{name} must be two numbers, from and to, got {value!r:.60}.")
     return finite(name, numbers[0]), finite(name, numbers[1])
+
+
+def flag(name: str, value: object) -> bool:
+    """Return ``value`` if it is True or False: of anything else the truth is not what was meant."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InvalidInput(f"{name} must be True or False, got {value!r:.60}.")
+    return bool(value)
 
 
 def non_negative(name: str, value: object, unit: str = "") -> float:

@@ -173,6 +173,8 @@ def test_given_ratio_of_an_si_rod_keeps_its_terms() -> None:
         (GRID, {"workers": 0}, "whole number"),
         ({"ratio": np.ones(10**4), "pressure_ratio": np.ones(10**4)}, {}, "too large"),
         (GRID, {"tol": -1.0}, "tol"),
+        (GRID, {"zipped": "no"}, "zipped must be True or False"),
+        (GRID, {"same_bits": None}, "same_bits must be True or False"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_at_once(axes: Any, named: dict[str, Any], words: str) -> None:

@@ -311,6 +311,7 @@ def test_what_is_no_spread_is_refused(given: Any) -> None:
         ({"bending_stiffness": 1e-6}, {"law": "linear"}, "under law"),
         ({"bending_stiffness": 1e-6}, {"state": "folded"}, "of unfolded states"),
         ({"bending_stiffness": 1e-6}, {"tol": -1.0}, "tol"),
+        ({"bending_stiffness": 1e-6}, {"indices": "no"}, "indices must be True or False"),
         ({"pressure": "1 %"}, {"pressure": 1e5, "of": "maxwell_length"}, "depends on nothing"),
         (["bending_stiffness"], {}, "nothing is uncertain"),
     ],

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arrays import in_si
-from ...base.checks import listed, positive
+from ...base.checks import flag, listed, positive
 from ...base.errors import InvalidInput
 from ...model.labels import OBSERVABLE, known_state
 
@@ -147,11 +147,7 @@ class MeasuredShape:
     def __post_init__(self) -> None:
         for field in ("free_origin", "tip"):
             # They are counted with: a number or a text would change the degrees of freedom.
-            if not isinstance(getattr(self, field), (bool, np.bool_)):
-                raise InvalidInput(
-                    f"{field} of {self.name} must be True or False, got {getattr(self, field)!r:.60}."
-                )
-            object.__setattr__(self, field, bool(getattr(self, field)))
+            object.__setattr__(self, field, flag(f"{field} of {self.name}", getattr(self, field)))
         for field in ("x", "y", "sd", "pressure", "length", "pressure_sd", "length_sd"):
             unit = "Pa" if field.startswith("pressure") else "m"
             object.__setattr__(self, field, in_si(f"{field} of {self.name}", getattr(self, field), unit))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import whole
+from ...base.checks import flag, whole
 from ...base.errors import InvalidInput, WorkersLost
 from ...base.progress import Progress
 from ...base.progress import progress as progressing
@@ -94,6 +94,7 @@ def sweep(
     >>> found["status"][1].tolist()
     ['no-equilibrium', 'certified']
     """
+    zipped, same_bits = flag("zipped", zipped), flag("same_bits", same_bits)
     plan = Plan.of(axes, rod, zipped, Options(law, state, tol, method))
     workers = None if workers is None else whole("workers", workers, 1, MOST_WORKERS)
     if not isinstance(executor, Executor | None):

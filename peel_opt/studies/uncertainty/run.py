@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...analysis.sensitivities import Sensitivities, sensitivities
-from ...base.checks import finite
+from ...base.checks import finite, flag
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
 from ...equilibria.ask import ask_rod
@@ -123,7 +123,7 @@ def uncertainty(
     for name in wanted:
         if name in LIMITS and not inputs.keys() & set(MATERIAL):
             raise InvalidInput(f"{name} depends on nothing that is uncertain.")
-    drawn = Sample.drawn(list(inputs.values()), samples, seed, indices and len(inputs) > 1)
+    drawn = Sample.drawn(list(inputs.values()), samples, seed, flag("indices", indices) and len(inputs) > 1)
     centres: dict[str, tuple[float, Sensitivities | None]] = {}
     missing: dict[str, PeelOptError] = {}
     for name in wanted:
