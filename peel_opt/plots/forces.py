@@ -23,7 +23,7 @@ READABLE = 0.25
 
 
 @dataclass(frozen=True)
-class Arrows:
+class ForceArrows:
     """Arrows from (x, y) by (u, v), all of shape (n,), in the coordinates of the axes."""
 
     x: np.ndarray
@@ -37,9 +37,9 @@ class Arrows:
         tails = np.stack([self.x, self.y], axis=-1)
         return np.concatenate([tails, tails + np.stack([self.u, self.v], axis=-1)])
 
-    def pick(self, which: np.ndarray) -> Arrows:
+    def pick(self, which: np.ndarray) -> ForceArrows:
         """Return the arrows where the mask ``which`` is set."""
-        return Arrows(self.x[which], self.y[which], self.u[which], self.v[which])
+        return ForceArrows(self.x[which], self.y[which], self.u[which], self.v[which])
 
 
 @dataclass(frozen=True)
@@ -48,18 +48,18 @@ class Forces:
 
     Parameters
     ----------
-    pressure : Arrows
+    pressure : ForceArrows
         Normal to the rod as drawn, on the side to which the pressure pushes; if p < 0 they
         stand on the same side and point at the rod.
-    adhesion, repulsion : Arrows
+    adhesion, repulsion : ForceArrows
         Vertical, towards the plate and away from it.
     magnified : float
         How much longer the pressure is drawn than adhesion of the same size.
     """
 
-    pressure: Arrows
-    adhesion: Arrows
-    repulsion: Arrows
+    pressure: ForceArrows
+    adhesion: ForceArrows
+    repulsion: ForceArrows
     magnified: float
 
 
@@ -103,12 +103,14 @@ def forces_on(eq: Equilibrium, x: np.ndarray, y: np.ndarray, stretch: float, lon
     size = longest * share * magnified
     u, v = -size * np.sin(turned), size * np.cos(turned) / stretch
     foot_x, foot_y = at(between, x), at(between, y)
-    pressure = Arrows(foot_x, foot_y, u, v) if eq.alpha >= 0.0 else Arrows(foot_x + u, foot_y + v, -u, -v)
+    pressure = (
+        ForceArrows(foot_x, foot_y, u, v) if eq.alpha >= 0.0 else ForceArrows(foot_x + u, foot_y + v, -u, -v)
+    )
 
     pulls = force / unit if unit > 0.0 else np.zeros_like(force)
     on = _stations(run, np.abs(pulls) > FAINT)
     pull = at(on, pulls)
-    vertical = Arrows(at(on, x), at(on, y), np.zeros_like(on), longest / stretch * pull)
+    vertical = ForceArrows(at(on, x), at(on, y), np.zeros_like(on), longest / stretch * pull)
     drawn = np.abs(pull) > FAINT
     # A force away from the plate is no adhesion, whatever side of the plate the rod is on.
     away = pull * np.where(at(on, y) < 0.0, -1.0, 1.0) > 0.0

@@ -11,8 +11,7 @@ from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
 from .dispatch import draw
-from .forces import Arrows as Forces
-from .forces import forces_on
+from .forces import ForceArrows, forces_on
 from .frame import Frame, stage
 from .mpl import draw_panel
 from .panels import Arrows, Line, Mark, Panel
@@ -208,5 +207,5 @@ def _rod(x: np.ndarray, y: np.ndarray, limit: float | None) -> tuple[Line, ...]:
     )
 
 
-def _arrows(force: Forces, look: str, label: str, full: str) -> Arrows:
+def _arrows(force: ForceArrows, look: str, label: str, full: str) -> Arrows:
     return Arrows(look, force.x, force.y, force.x + force.u, force.y + force.v, label, full)

@@ -218,6 +218,14 @@ def test_what_a_law_is_like_is_asked_of_the_law(module: Module) -> None:
         assert not named & paper, f"line {node.lineno}: {ast.unparse(node)}"
 
 
+def test_no_two_classes_share_a_name() -> None:
+    homes: dict[str, list[str]] = {}
+    for module in MODULES:
+        for node in module.nodes(ast.ClassDef):
+            homes.setdefault(node.name, []).append(module.name)
+    assert not {name: where for name, where in homes.items() if len(where) > 1}
+
+
 @each(MODULES)
 def test_what_a_docstring_calls_a_parameter_is_one(module: Module) -> None:
     for node in module.nodes(ast.FunctionDef):

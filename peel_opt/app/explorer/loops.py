@@ -30,7 +30,7 @@ NOT_COMPUTED = "What the rod does within a jump is dynamics and not computed."
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class LoopSweep:
     """A loop, its picture, and what must be said about it."""
 
     loop: HysteresisLoop | PressureLoop
@@ -38,7 +38,7 @@ class Sweep:
     note: str
 
     @property
-    def frames(self) -> tuple[Frame, ...]:
+    def frames(self) -> tuple[LoopFrame, ...]:
         """The moments of the sweep, up and then down."""
         lines = {line.look: line for line in self.panel.lines}
         down, up = sorted(jump.swept for jump in self.loop.jumps)
@@ -51,12 +51,12 @@ class Sweep:
             for x, y, value, response, label in rows:
                 near = None if label == "adhered" else float(response)
                 at = float(value) if near is None else float(np.clip(value, low, high))
-                found.append(Frame(float(x), float(y), at, near, str(label)))
+                found.append(LoopFrame(float(x), float(y), at, near, str(label)))
         return tuple(found)
 
 
 @dataclass(frozen=True)
-class Frame:
+class LoopFrame:
     """One moment of the sweep: where it is on the loop, and the state (value, near, label)."""
 
     x: float
@@ -66,7 +66,7 @@ class Frame:
     label: str
 
 
-def lambda_loop(state: State, curve: Curve, found: Landscape) -> Sweep | str:
+def lambda_loop(state: State, curve: Curve, found: Landscape) -> LoopSweep | str:
     """Return the loop at fixed beta0, read off the potential, or in words why there is none."""
     if state.beta0 == 0.0:
         return "At β₀ = 0 the detached state grows out of the straight rod: no jumps, no loop."
@@ -90,10 +90,10 @@ def lambda_loop(state: State, curve: Curve, found: Landscape) -> Sweep | str:
     note = NOT_COMPUTED
     if state.convention == "maxwell":
         note = "Under the Maxwell convention both ways are the same path. " + note
-    return Sweep(loop, lambda_panel(loop, (curve.branch.lam[middle], curve.branch.alpha1[middle])), note)
+    return LoopSweep(loop, lambda_panel(loop, (curve.branch.lam[middle], curve.branch.alpha1[middle])), note)
 
 
-def pressure_loop(state: State, curve: Curve) -> Sweep | str:
+def pressure_loop(state: State, curve: Curve) -> LoopSweep | str:
     """Return the loop of a rod under a pressure, through states of its branch, or why there is none."""
     if state.law == "linear":
         return "A rod's loop needs law (8): under the linear law its branch may have no minimum pressure."
@@ -104,4 +104,4 @@ def pressure_loop(state: State, curve: Curve) -> Sweep | str:
     note = NOT_COMPUTED
     if state.convention == "maxwell":
         note = "A rod under a pressure has the delay convention only. " + note
-    return Sweep(loop, pressure_panel(loop), note)
+    return LoopSweep(loop, pressure_panel(loop), note)

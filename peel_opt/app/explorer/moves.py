@@ -14,7 +14,7 @@ from ...model.rod import RATIOS, Rod
 from ...plots.diagram import coordinates
 from ...plots.words import AxisUnit, length_unit, pressure_unit
 from .curves import Curve, window
-from .loops import Frame, Sweep
+from .loops import LoopFrame, LoopSweep
 from .screen import Scene
 from .state import CHOICES, State
 
@@ -100,7 +100,7 @@ def picked(scene: Scene, x: float, y: float) -> State | None:
     return state.at(float(value)).changed(label=label, near=float(near))
 
 
-def framed(state: State, sweep: Sweep, frame: Frame) -> State:
+def framed(state: State, sweep: LoopSweep, frame: LoopFrame) -> State:
     """Return the state of a moment of the sweep round a loop."""
     if isinstance(sweep.loop, PressureLoop):
         state = replace(state, given="pressure", near=None, label="unfolded")

@@ -20,7 +20,7 @@ from . import look, moves
 from .controls import Controls
 from .curves import Curve
 from .downloads import address, outbox, picture
-from .loops import Frame
+from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
 from .screen import Scene, full_scene, live_scene
@@ -70,7 +70,7 @@ class Page:
         self._waiting = self._scheduled = self._held = False
         self._rest: Any = None
         self._sweep: Any = None
-        self._frames: tuple[Frame, ...] = ()
+        self._frames: tuple[LoopFrame, ...] = ()
         self._frame = 0
         self.controls = Controls(self._choice, self._slider, self._text)
         self.panels = FourPanels()

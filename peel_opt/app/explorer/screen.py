@@ -20,7 +20,7 @@ from ...plots.words import plain
 from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
 from .landscape import Landscape, landscape, off_by, too_far
-from .loops import Sweep, lambda_loop, pressure_loop
+from .loops import LoopSweep, lambda_loop, pressure_loop
 from .quick_walks import QuickBranch, quick_groups, quick_rod
 from .state import State
 from .words import OFF_BRANCH, AnswerText, answer_of, warnings_of, why_no_branch
@@ -61,7 +61,7 @@ class Scene:
         None where the state does not exist.
     diagram : Panel
     potential, loop : Panel or None
-    sweep : Sweep or None
+    sweep : LoopSweep or None
         The loop itself.
     headings : dict of str
         Of "diagram", "potential" and "loop".
@@ -92,7 +92,7 @@ class Scene:
     diagram: Panel
     potential: Panel | None
     loop: Panel | None
-    sweep: Sweep | None
+    sweep: LoopSweep | None
     headings: dict[str, str]
     message: str
     warnings: tuple[str, ...]
@@ -277,7 +277,7 @@ def _scene(
     if potential is not None and land is not None:
         solved = land[0].source.startswith("quadrature")
         headings["potential"] += f", {'by quadrature' if solved else land[0].source}"
-    if isinstance(sweep, Sweep):
+    if isinstance(sweep, LoopSweep):
         # Its axes are those of the diagram, exchanged for a rod.
         loop = replace(sweep.panel, here=here if own is None or here is None else here[::-1])
         unit = 1.0 if own is None else own.adhesion_strength * own.eta

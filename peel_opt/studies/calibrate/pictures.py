@@ -20,7 +20,7 @@ LONGEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Picture(Seen):
+class SeenShape(Seen):
     """A picture at a state: what it misses in standard deviations, length and pressure first.
 
     Its own unknowns are A, and where it is free the origin in eta.
@@ -54,7 +54,7 @@ class Picture(Seen):
         scale: np.ndarray,
         hard: float,
         delta: float | None,
-    ) -> Picture:
+    ) -> SeenShape:
         """Compare a picture with a state of the rod that has this eta and T0, ``scale``."""
         numbers = Pairs.of([observation], hard).pulls(state, scale)
         points = misses(observation, state, float(scale[0]), origin)
@@ -89,7 +89,7 @@ def best_picture(
     near: tuple[ChartStates, float],
     hard: float,
     delta: float | None,
-) -> Picture:
+) -> SeenShape:
     """Return a picture at the state and the origin that suit it best, from some nearby.
 
     Steps of Gauss and Newton, halved where they lead to something worse.
@@ -98,7 +98,7 @@ def best_picture(
     A, share, best = float(state.A[0]), 1.0, None
     for _ in range(MOST_STEPS):
         state = chart.at(state, log_r, np.array([A]))
-        here = Picture.at(observation, state, origin, scale, hard, delta)
+        here = SeenShape.at(observation, state, origin, scale, hard, delta)
         if best is None or here.cost.sum() <= best.cost.sum():
             best, share = here, min(1.0, 2.0 * share)
         else:

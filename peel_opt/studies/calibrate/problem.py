@@ -25,7 +25,7 @@ from .data import Observation
 from .fitted import Fitted, coordinates
 from .linear import LinearModel, Seen, loss, squared
 from .pairs import HARD, SOFT, BranchSpline, Pairs, Pulls, scales
-from .pictures import Picture, best_picture
+from .pictures import SeenShape, best_picture
 
 #: How far a foot is looked for on the expansion about a state, in A.
 SPAN = 0.3
@@ -73,11 +73,11 @@ class Problem:
         """Return the pairs as arrays, exact numbers with this weight."""
         return Pairs.of([self.observations[i] for i in self.rows[0]], hard)
 
-    def picture(self, i: int, fitted: Fitted, hard: float = HARD) -> Picture:
+    def picture(self, i: int, fitted: Fitted, hard: float = HARD) -> SeenShape:
         """Return one picture at its state."""
         state = fitted.states.take(np.array([i]))
         scale, origin = scales(fitted.q)[0], float(fitted.origins[i])
-        return Picture.at(self.observations[i], state, origin, scale, hard, self.delta)
+        return SeenShape.at(self.observations[i], state, origin, scale, hard, self.delta)
 
     def seen(self, fitted: Fitted) -> list[Seen]:
         """Return every observation at its state, in their order."""
