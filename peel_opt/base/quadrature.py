@@ -31,12 +31,14 @@ def integration_matrix(n: int, xi: Any) -> np.ndarray:
     primitives = np.empty((len(x), n))
     primitives[:, 0] = 1.0 + x
     primitives[:, 1:] = (P[:, 2:] - P[:, : n - 1]) / (2.0 * np.arange(1, n) + 1.0)
-    return 0.5 * primitives @ _to_series(n)
+    matrix: np.ndarray = 0.5 * primitives @ _to_series(n)
+    return matrix
 
 
 def values_matrix(n: int, xi: Any) -> np.ndarray:
     """Matrix from values at ``n`` Gauss nodes to those of their polynomial at each ``xi``."""
-    return legendre.legvander(2.0 * np.asarray(xi, float) - 1.0, n - 1) @ _to_series(n)
+    matrix: np.ndarray = legendre.legvander(2.0 * np.asarray(xi, float) - 1.0, n - 1) @ _to_series(n)
+    return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,4 +71,4 @@ class Grid:
     def evaluate(self, values: np.ndarray, xi: Any) -> np.ndarray:
         """Interpolate values at the nodes (last axis) to ``xi``."""
         coefficients = np.moveaxis(values @ self.analysis.T, -1, 0)
-        return legendre.legval(2.0 * np.asarray(xi, float) - 1.0, coefficients)
+        return np.asarray(legendre.legval(2.0 * np.asarray(xi, float) - 1.0, coefficients))

@@ -19,7 +19,7 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, register
 from .interrupts import heard
 
 
-class _CasadiBLAS(OpenBLASController):
+class _CasadiBLAS(OpenBLASController):  # type: ignore[misc]  # threadpoolctl has no types
     """The BLAS that CasADi brings for its own products, and for IPOPT; not known to threadpoolctl."""
 
     filename_prefixes = ("libcasadi-tp-openblas",)

@@ -22,6 +22,7 @@ from ..base.progress import progress
 from ..model.bond import COHESIVE
 from ..residual.closures import Closure
 from ..residual.stack import stack_of
+from .points import SolvedState
 from .primary import PrimaryBranch, primary_branch
 from .seeds import CHARTS, FILE, LEAVES, MESH, packed
 
@@ -38,7 +39,8 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
     assert minimum is not None
     first, last = 0.0, minimum.point.scalars.A
     if name != "whole":
-        leaves = _state(branch, Closure("pressure", 0.5))[1][-4]
+        half = _state(branch, Closure("pressure", 0.5))
+        leaves = half.problem.scalars(half.correction.x).A
         first, last = (0.0, leaves) if name == "within" else (leaves, last)
     # The states of a compliant rod crowd at T, those of a stiff one where the tip leaves y0.
     origin = {"whole": ratio**0.75, "within": math.inf, "beyond": 0.0}[name]
@@ -47,7 +49,8 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
         amplitude = first + share * (last - first)
         if origin < math.inf:
             amplitude = (first + origin) * ((last + origin) / (first + origin)) ** share - origin
-        met, x = _state(branch, Closure("amplitude", amplitude))
+        landed = _state(branch, Closure("amplitude", amplitude))
+        met, x = len(landed.problem.phases), landed.correction.x
         if met != len(phases):
             raise RuntimeError(f"a state of the chart {name!r} has {met} phases")
         found.append(x)
@@ -55,12 +58,12 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
     return packed(stack, np.array(found)[:, -stack.size :])
 
 
-def _state(branch: PrimaryBranch, given: Closure) -> tuple[int, np.ndarray]:
-    """Return how many phases the first state of a branch at a number has, and its unknowns."""
+def _state(branch: PrimaryBranch, given: Closure) -> SolvedState:
+    """Return the first state of a branch at a number, on the mesh of the seeds."""
     landed = branch.candidates(given)[0].solution
     if landed.problem.settings != MESH:
         raise RuntimeError(f"walks are on {landed.problem.settings}")
-    return len(landed.problem.phases), landed.correction.x
+    return landed
 
 
 def ratio_at(name: str, place: float) -> float:

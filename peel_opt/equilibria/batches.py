@@ -22,7 +22,7 @@ from ..model.groups import PI4
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.batch import Solved, solve
-from ..residual.stack import Stack, gradient
+from ..residual.stack import TAIL, Stack, gradient
 from .question import LENGTH, PRESSURE, RATIO, Asks
 
 #: States that go through the machine together: their matrices stay in the cache.
@@ -204,7 +204,7 @@ def _answer(
     read = question.asks.asked.read
     for refinement in range(REFINEMENTS + 1):
         solved = solve(stack, question.kinds, question.given[rows], start)
-        strayed = np.abs(solved.x[:, -4:] - start[:, -4:]) > STRAYED * (1.0 + np.abs(start[:, -4:]))
+        strayed = np.abs(solved.x[:, TAIL] - start[:, TAIL]) > STRAYED * (1.0 + np.abs(start[:, TAIL]))
         kept = np.flatnonzero(solved.converged & ~strayed.any(axis=1))
         solved, rows, sure = solved.of(kept), rows[kept], sure[kept]
         labels = _labels(question, solved, sure)

@@ -58,7 +58,7 @@ class Modes:
 
 def _product(A: np.ndarray, B: np.ndarray, j: int) -> np.ndarray:
     """Terms of degree ``j`` of the product of two series; rows k as in `Modes`."""
-    out = np.zeros_like(B[0])
+    out: np.ndarray = np.zeros_like(B[0])
     for i in range(j + 1):
         for k in range(i + 1):
             out[k : k + j - i + 1] += A[i, k] * B[j - i, : j - i + 1]

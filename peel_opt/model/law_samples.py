@@ -27,7 +27,8 @@ def separations(law: CohesiveLaw) -> list[float]:
     inside = [np.linspace(a, b, 17) for a, b in pairwise((0.0, *law.kinks))]
     # Answers depend on the tail as well, however far out it begins and however slowly it ends.
     far = last + np.geomspace(1e-3, FAR * max(last, 3.0), 61)
-    return np.concatenate([np.linspace(0.0, 3.0, 61), *inside, far]).tolist()
+    places: list[float] = np.concatenate([np.linspace(0.0, 3.0, 61), *inside, far]).tolist()
+    return places
 
 
 def texts(law: CohesiveLaw) -> list[str]:

@@ -76,7 +76,7 @@ class Rod:
     @property
     def critical_length(self) -> float:
         """Detached length at T [m], equation (20)."""
-        return math.pi * self.eta * self.ratio**-0.25
+        return math.pi * self.eta * math.pow(self.ratio, -0.25)
 
     @property
     def work_of_separation(self) -> float:

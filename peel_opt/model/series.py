@@ -74,7 +74,8 @@ class UniformSeries:
 
     def curve(self, alpha1: Any, beta0: Any) -> np.ndarray:
         """Value of lambda at the extra pressure alpha1; beta0 may be zero."""
-        return self._monomials(alpha1, beta0, self.order).sum(axis=0)
+        found: np.ndarray = self._monomials(alpha1, beta0, self.order).sum(axis=0)
+        return found
 
     def lam(self, a: Any, beta0: Any) -> np.ndarray:
         """Value of lambda at a = p/T0 - 1."""
@@ -105,7 +106,8 @@ class UniformSeries:
         alpha1, beta0 = np.broadcast_arrays(np.asarray(alpha1, float), np.asarray(beta0, float))
         j, k = (index[1:] for index in np.tril_indices(order + 1))
         products = _powers(beta0 + alpha1, order)[j - k] * _powers(alpha1, 2 * order)[j + k - divided]
-        return self.modes.lam[j, k].reshape(-1, *(1,) * alpha1.ndim) * products
+        found: np.ndarray = self.modes.lam[j, k].reshape(-1, *(1,) * alpha1.ndim) * products
+        return found
 
     def _error(self, alpha1: Any, beta0: Any) -> tuple[np.ndarray, np.ndarray]:
         """Absolute error of lambda and the size of its terms."""

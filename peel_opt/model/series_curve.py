@@ -70,7 +70,10 @@ class _Terms:
     def terms(self, alpha: float, alpha1: float) -> np.ndarray:
         """Evaluate all terms."""
         degree = len(self.starts)
-        return self.coefficients * _powers(alpha, degree)[self.p] * _powers(alpha1, 2 * degree)[self.q]
+        terms: np.ndarray = (
+            self.coefficients * _powers(alpha, degree)[self.p] * _powers(alpha1, 2 * degree)[self.q]
+        )
+        return terms
 
 
 @np.errstate(under="ignore")  # close to T high powers vanish, and should

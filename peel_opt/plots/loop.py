@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -96,7 +97,7 @@ def pressure_panel(loop: PressureLoop) -> Panel:
     return _panel(loop, between, (pressure, length), axes, "$p$", title)
 
 
-def area_of(loop: Loop, unit: float) -> str:
+def area_of(loop: Loop[Any, Any], unit: float) -> str:
     """Return the area in a unit, to the digits that its error leaves, five at most."""
     area, error = loop.area / unit, loop.area_error / unit
     if not area:
@@ -105,7 +106,7 @@ def area_of(loop: Loop, unit: float) -> str:
 
 
 def _panel(
-    loop: Loop,
+    loop: Loop[Any, Any],
     between: tuple[np.ndarray, np.ndarray] | None,
     units: tuple[AxisUnit, AxisUnit],
     axes: tuple[str, str],
@@ -126,7 +127,7 @@ def _panel(
     )
 
 
-def _jumps(loop: Loop, units: tuple[AxisUnit, AxisUnit], swept: str) -> Iterator[Mark]:
+def _jumps(loop: Loop[Any, Any], units: tuple[AxisUnit, AxisUnit], swept: str) -> Iterator[Mark]:
     """An arrow head on each jump."""
     for jump in loop.jumps:
         word = "peels" if jump.direction == "up" else "readheres"

@@ -22,7 +22,7 @@ from .estimate import SAFE
 from .linear import IMAGINARY
 from .newton import CONTRACTION
 from .rounding import EPS, UNITS
-from .stack import Stack, gradient
+from .stack import TAIL, Stack, gradient
 
 #: Size of an update from which on the inverse at hand does: the next is smaller by about this factor.
 CHORD = 1e-3
@@ -75,7 +75,7 @@ class Solved:
     def response(self) -> np.ndarray:
         """Derivatives of the scalars by the given numbers, shape (states, 4, closures)."""
         count = len(self.kinds)
-        return -self.inverse[:, -4:, -count:] * self._by_given()[:, None, :]
+        return -self.inverse[:, TAIL, -count:] * self._by_given()[:, None, :]
 
     def _by_given(self) -> np.ndarray:
         """Derivative of each closure by its number, shape (states, closures)."""
@@ -95,7 +95,7 @@ class Solved:
         same residues move the number, that of each scalar counts.  To it comes what rounding does.
         """
         slope = gradient(read, self.x)
-        towards = self.inverse[:, -4:, :]
+        towards = self.inverse[:, TAIL, :]
         own = (slope[:, None, :] @ towards)[:, 0]
         residual = self.stack.finer.equations(self.stack.prolonged(self.x), self.kinds, self.given)
         missed = self.stack.restricted(residual)
@@ -112,7 +112,7 @@ class Solved:
         least = {"pressure": 1.0, "lam": PI4}
         sizes = np.maximum(np.abs(self.given), [least.get(kind, 0.0) for kind in self.kinds])
         digits = np.abs(read(self.scalars)) + (by_given * sizes).sum(axis=1)
-        last = np.abs((slope * self.update[:, -4:]).sum(axis=1))
+        last = np.abs((slope * self.update[:, TAIL]).sum(axis=1))
         return 4.0 * last + EPS * (UNITS * _norm(own * self.sizes) + 2.0 * digits)
 
     def certificates(self, law: CohesiveLaw) -> np.ndarray:

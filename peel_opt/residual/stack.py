@@ -23,12 +23,15 @@ from typing import Any
 import numpy as np
 
 from ..model.bond import Affine, Piece
-from ..model.equations import Scalars, identity
+from ..model.equations import SCALARS, Scalars, identity
 from . import free_arc
 from .closures import EQUATIONS
 from .discretisation import Phases, shared_kink
 from .linear import IMAGINARY
 from .spectral import Spectral
+
+#: Where the scalars stand among the unknowns of a state.
+TAIL = slice(-len(SCALARS), None)
 
 #: Angle below which derivatives by the amplitude are taken from their series, and terms of these.
 SMALL, TERMS = 0.3, 6
@@ -95,7 +98,7 @@ class Stack:
 
     def scalars(self, x: np.ndarray) -> Scalars:
         """The four scalars of states, each an array."""
-        return Scalars(*np.ascontiguousarray(x[:, -4:].T))
+        return Scalars(*np.ascontiguousarray(x[:, TAIL].T))
 
     def shares(self, x: np.ndarray) -> np.ndarray:
         """Share of the length that is free."""
@@ -140,7 +143,7 @@ class Stack:
         jacobian = np.zeros((len(x), self.size, self.size))
         self._jacobian(x, f, jacobian[:, : -len(closing)])
         for row, equation in enumerate(closing, start=self.size - len(closing)):
-            jacobian[:, row, -4:] = gradient(equation, x)
+            jacobian[:, row, TAIL] = gradient(equation, x)
         return self._closed(x, f, closing), jacobian
 
     def _closed(
@@ -240,13 +243,13 @@ class Stack:
 
         out[:, n] = dK[:, -1]
         out[:, n + 1] = -_by_height(s, f.Y_tip, self.phases[0])[:, None] * drise[:, -1]
-        out[:, n + 1, -4:] += gradient(lambda s: identity(f.Y_tip, s, self.phases[0]), x)
+        out[:, n + 1, TAIL] += gradient(lambda s: identity(f.Y_tip, s, self.phases[0]), x)
         if self.free:
             Y = f.Y_tip + f.begin[:, 2]
             out[:, n + 2] = -s.height(1.0)[:, None] * drise[:, -1]
             assert begin[2] is not None
             out[:, n + 2, n:] += s.height(1.0)[:, None] * begin[2]
-            out[:, n + 2, -4:] += gradient(lambda s: s.height(Y), x)
+            out[:, n + 2, TAIL] += gradient(lambda s: s.height(Y), x)
 
 
 def serves(phases: Phases) -> bool:
@@ -269,9 +272,9 @@ def stack_of(settings: Spectral, phases: Phases) -> Stack:
 
 def gradient(read: Callable[[Scalars], Any], x: np.ndarray) -> np.ndarray:
     """Gradient of a number by the four scalars, by complex steps, shape (states, 4)."""
-    tail = np.ascontiguousarray(x[:, -4:].T)
-    out = np.empty((len(x), 4))
-    for k in range(4):
+    tail = np.ascontiguousarray(x[:, TAIL].T)
+    out = np.empty((len(x), len(SCALARS)))
+    for k in range(len(SCALARS)):
         moved = [v + 1j * IMAGINARY if i == k else v for i, v in enumerate(tail)]
         out[:, k] = np.imag(read(Scalars(*moved))) / IMAGINARY
     return out

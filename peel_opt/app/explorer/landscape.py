@@ -13,8 +13,8 @@ from ...analysis.normal_form import NormalForm
 from ...analysis.potential import EffectivePotential, Level
 from ...base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ...continuation.family import Family
+from ...continuation.landing import points_at
 from ...continuation.points import Point
-from ...equilibria.trace import points_at
 from ...model.named_laws import law_named
 from ...plots.panels import Panel
 from ...plots.potential import NAMED

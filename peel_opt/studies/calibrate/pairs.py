@@ -6,6 +6,7 @@ pair on the curve (sbar, p), in standard deviations, for any loss that grows wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -241,5 +242,4 @@ class BranchSpline:
 
 def _powers(coefficients: list[np.ndarray], d: int) -> list[tuple[np.ndarray, float, int]]:
     """Coefficients, factors and powers of the d-th derivative of a polynomial."""
-    factors = {0: lambda k: 1.0, 1: float, 2: lambda k: float(k * (k - 1))}[d]
-    return [(c, factors(k), k - d) for k, c in enumerate(coefficients) if k >= d]
+    return [(c, float(math.perm(k, d)), k - d) for k, c in enumerate(coefficients) if k >= d]
