@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from peel_opt.continuation.seeds import charts
-from peel_opt.equilibria.question import ANSWERS
+from peel_opt.equilibria.question import LENGTH, answering
 from peel_opt.model.bond import COHESIVE
 from peel_opt.residual.batch import solve
 from peel_opt.residual.certificate import certificate
@@ -34,7 +34,7 @@ def test_errors_are_not_smaller_than_the_true_ones(name, asked):
     exact = solve(finest, KINDS, given, stack.finer.prolonged(stack.prolonged(found.x)))
     assert found.converged.mean() > 0.98
     kept = found.converged & exact.converged
-    read = ANSWERS[asked]
+    read = answering(asked).asked.read
     missed = np.abs(read(found.scalars) - read(exact.scalars))[kept]
     claimed, own = found.errors(read)[kept], exact.errors(read)[kept]
     assert (missed <= claimed + own).all()
@@ -44,7 +44,7 @@ def test_errors_are_not_smaller_than_the_true_ones(name, asked):
 def test_a_finer_mesh_lowers_the_error_it_claims():
     stack, given, start = question("whole")
     found = solve(stack, KINDS, given, start)
-    read = ANSWERS["length_ratio"]
+    read = LENGTH.read
     again = solve(stack.finer, KINDS, given, stack.prolonged(found.x))
     coarse, fine = found.errors(read), again.errors(read)
     meant = coarse > 1e-11
@@ -55,7 +55,7 @@ def test_a_finer_mesh_lowers_the_error_it_claims():
 def test_rounding_and_condition_are_those_of_a_single_answer():
     stack, given, start = question("within", count=12)
     found = solve(stack, KINDS, given, start)
-    problem, read = Spectral(16).discretise(stack.phases), ANSWERS["length_ratio"]
+    problem, read = Spectral(16).discretise(stack.phases), LENGTH.read
     for i in np.flatnonzero(found.converged):
         closures = tuple(Closure(kind, value) for kind, value in zip(KINDS, given[i], strict=True))
         single = correct(problem, found.x[i], closures)
@@ -88,7 +88,7 @@ def test_a_start_that_is_none_does_not_converge_and_leaves_the_others_alone():
 @pytest.mark.parametrize("name", ["whole", "beyond"])
 def test_no_bit_depends_on_what_stands_beside(name):
     stack, given, start = question(name, count=67, seed=3)
-    together, read = solve(stack, KINDS, given, start), ANSWERS["length_ratio"]
+    together, read = solve(stack, KINDS, given, start), LENGTH.read
     errors, certificates = together.errors(read), together.certificates(COHESIVE)
     order = np.random.default_rng(1).permutation(67)
     for rows in (order, order[:33], order[:8], order[:5], *order[:12, None]):
