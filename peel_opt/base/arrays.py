@@ -9,6 +9,9 @@ import numpy as np
 
 from .errors import InvalidInput
 
+#: Distance from 1 to the next double: what the last place of a number is worth, relative to it.
+EPS = float(np.finfo(float).eps)
+
 
 def in_si(name: str, value: Any, unit: str = "") -> Any:
     """Return quantities of pint, of any registry, as plain numbers; what has no unit as it is.

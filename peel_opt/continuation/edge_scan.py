@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from ..base.arrays import EPS
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..residual.discretisation import PROFILE_POINTS, Profile, chebyshev
@@ -42,7 +43,7 @@ WARY = 2.0
 SHARE, SHIFT = 0.1, 0.3
 
 #: Distance between reactions that doubles still tell apart.
-ROUNDING = 8.0 * float(np.finfo(float).eps)
+ROUNDING = 8.0 * EPS
 
 #: How often an interval that holds a state is divided to sharpen the start.
 SHARPENED = 2

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..base.arrays import EPS
 from ..base.errors import NotConverged
 from ..base.roots import between
 from ..model.bond import CohesiveLaw
@@ -29,8 +30,6 @@ from .points import Point, arclength_between, interpolated, place_of, turning
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
 FAR = 10.0
-
-EPS = float(np.finfo(float).eps)
 
 #: Relative distance of lambda at a transition from (18) that is put down to rounding.
 EXACT = 1e-11

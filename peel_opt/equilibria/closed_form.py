@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.arrays import EPS
 from ..base.errors import NotConverged
 from ..model.groups import PI4
 from ..model.hierarchy import NODES
@@ -24,8 +25,6 @@ from ..residual.discretisation import Discretisation
 from ..residual.transcriptions import Spectral
 from .question import Question
 from .result import Stats
-
-EPS = float(np.finfo(float).eps)
 
 #: Up to here the branch from T at fixed beta0 has one fold, and the series converges on all of
 #: 0 > a > -0.7; the cusp of the fold curve is at 36.115.

@@ -13,11 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.arrays import EPS
 from ..base.quadrature import Grid
 from .hierarchy import NODES, Modes
 from .series import UniformSeries, uniform_series
-
-EPS = float(np.finfo(float).eps)
 
 #: Degrees beyond the order, computed to know what was cut off.
 GUARD = 3

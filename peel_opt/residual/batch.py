@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arrays import EPS
 from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
@@ -21,7 +22,7 @@ from .closures import EQUATIONS
 from .estimate import SAFE
 from .linear import IMAGINARY
 from .newton import CONTRACTION
-from .rounding import EPS, UNITS
+from .rounding import UNITS
 from .stack import TAIL, Stack, gradient
 
 #: Size of an update from which on the inverse at hand does: the next is smaller by about this factor.

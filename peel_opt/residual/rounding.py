@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.arrays import EPS
 from ..base.threads import one_thread
 from ..model.equations import Scalars
 from ..model.groups import PI4
@@ -19,8 +20,6 @@ from .closures import Closure
 from .discretisation import Discretisation
 from .linear import Linearised, gradient
 from .shooting import ShootingDiscretisation
-
-EPS = float(np.finfo(float).eps)
 
 #: Units in the last place of its terms that an equation may lose: a sum of a few dozen terms,
 #: and an integrator whose stages are not seen among the terms.  Over 2000 random cases a
