@@ -22,6 +22,7 @@ from ..residual import closures
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
 from ..residual.linear import Linearised
+from ..residual.low_pressure import correct_sharply
 from ..residual.newton import Correction, correct
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .corners import crossed, next_corner
@@ -40,8 +41,8 @@ FLAT = 0.05
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
 
-#: Share of its change between two points at which their interpolation, which is not exact, meets a closure.
-MET = 1e-6
+#: Share of its smaller miss at two points at which their interpolation, which is not exact, meets a closure.
+MET = 1e-4
 
 #: Width of the bracket below which no landing is tried any more.
 LANDING_WIDTH = 1e-9
@@ -207,8 +208,10 @@ class Family:
     ) -> tuple[Discretisation, Correction] | None:
         """Solve from where the interpolation between two points meets a closure, in their phases."""
         problem = here.problem
-        share = _meets(other, here, there)
-        result = correct(problem, interpolated(here, there, share), (*self.closures, other))
+        start = interpolated(here, there, _meets(other, here, there))
+        result = correct(problem, start, (*self.closures, other))
+        if not result.converged:
+            result = correct_sharply(problem, start, (*self.closures, other)) or result
         if not result.converged or not self.between(here, there, place_of(problem, result)):
             return None
         profile = problem.profile(result.x)
@@ -265,7 +268,7 @@ def _meets(other: Closure, here: Point, there: Point) -> float:
     def off(share: float) -> float:
         return closures.miss(other, interpolated(here, there, share)[here.problem.tail])
 
-    return between(off, (0.0, 1.0), ends, MET * (abs(ends[0]) + abs(ends[1])))
+    return between(off, (0.0, 1.0), ends, MET * min(abs(ends[0]), abs(ends[1])))
 
 
 def is_flat(profile: Profile) -> bool:

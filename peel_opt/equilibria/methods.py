@@ -24,7 +24,7 @@ from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.points import SolvedState
 from ..model.equations import Scalars
-from ..residual import programme
+from ..residual import low_pressure, programme
 from ..residual.certificate import certificate
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
@@ -34,6 +34,7 @@ from ..residual.newton import Correction, correct
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
 from ..residual.rounding import Response, response
+from ..residual.spectral import SpectralDiscretisation
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .closed_form import closed_form
 from .question import Question
@@ -212,10 +213,11 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
     began = time.perf_counter()
     read, given = started.posed.read, started.posed.given
     rungs = [_first_solve(started, method)]
+    done: list[_Solved] = []
     looks, before, missed = 0, 0.0, math.inf
     while True:
         chosen = rungs[-1] if method.adaptive else rungs[0]
-        at = Linearised.at(chosen.problem, chosen.correction.x, *given)
+        at, form = Linearised.at(chosen.problem, chosen.correction.x, *given), chosen.problem.form
         finer = _finer_scalars(at) if can_estimate(chosen.transcription) else None
         looks += finer is not None
         if finer is None and len(rungs) == 1:
@@ -225,11 +227,11 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         looks += 1
         estimates = []
         if finer is not None:
-            difference = _difference(at.tail, finer, own, read)
+            difference = _difference(at.tail, finer, own, read, form)
             estimates.append((SAFE * difference, difference))
         if len(rungs) > 1:
             coarse, fine = rungs[-2:]
-            difference = _difference(coarse.scalars, fine.scalars, own, read)
+            difference = _difference(coarse.scalars, fine.scalars, own, read, form)
             # No refinement gains more than the order: a smaller difference is luck.
             difference = max(difference, before / coarse.transcription.most_gain)
             gain = _gain(coarse.transcription.sure_gain, difference, before)
@@ -237,6 +239,11 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
             estimates.append((difference / (gain - 1.0) * (1.0 if method.adaptive else gain), difference))
         mesh, difference = min(estimates)
         error = mesh + own.rounding
+        by_rounding = error > started.tol and own.rounding > min(difference, started.tol)
+        sharper = _with_low_pressure(started, chosen) if by_rounding else None
+        if sharper is not None:
+            done, rungs, before, missed = done + rungs, [sharper], 0.0, math.inf
+            continue
         if not method.adaptive or len(rungs) > MOST_REFINEMENTS:
             break
         missed, last = _certificate(started, chosen.profile), missed
@@ -248,13 +255,24 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
     stats = Stats(
         method=repr(chosen.transcription),
         seconds=time.perf_counter() - began,
-        iterations=sum(solved.iterations for solved in rungs),
-        evaluations=sum(solved.evaluations for solved in rungs) + looks,
+        iterations=sum(solved.iterations for solved in done + rungs),
+        evaluations=sum(solved.evaluations for solved in done + rungs) + looks,
         unknowns=rungs[-1].problem.size,
-        refinements=len(rungs) - 1,
+        refinements=len(done + rungs) - 1,
         condition=own.condition,
     )
-    return Answer(chosen.problem, chosen.correction.x, error, stats, chosen.profile)
+    problem, x = low_pressure.usual(chosen.problem, chosen.correction.x)
+    return Answer(problem, x, error, stats, chosen.profile if problem is chosen.problem else None)
+
+
+def _with_low_pressure(started: _Started, solved: _Solved) -> _Solved | None:
+    """Solve again with all digits of a low pressure, where a length is asked; None where it gains nothing."""
+    problem = low_pressure.sharper(solved.problem) if started.posed.asked == "length_ratio" else None
+    if problem is None:
+        return None
+    assert isinstance(solved.problem, SpectralDiscretisation)
+    start = solved.problem.in_form(solved.correction.x, problem)
+    return _newton_solve(started, problem.settings, start)
 
 
 def _finer_scalars(at: Linearised) -> np.ndarray | None:
@@ -265,9 +283,11 @@ def _finer_scalars(at: Linearised) -> np.ndarray | None:
     return at.tail + step[at.problem.tail]
 
 
-def _difference(a: np.ndarray, b: np.ndarray, own: Response, read: Callable[[Scalars], float]) -> float:
+def _difference(
+    a: np.ndarray, b: np.ndarray, own: Response, read: Callable[[Scalars], float], form: type[Scalars]
+) -> float:
     """Return how far two solutions are apart in the answer: the largest that any scalar speaks of."""
-    answers = [read(Scalars(*scalars.tolist())) for scalars in (a, b)]
+    answers = [read(form.of_unknowns(*unknowns.tolist())) for unknowns in (a, b)]
     return max(abs(answers[1] - answers[0]), float((own.leverage * np.abs(b - a)).max()))
 
 
@@ -355,6 +375,8 @@ def _newton_solve(started: _Started, transcription: Transcription, start: np.nda
 
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing, ...]) -> Correction:
     result = correct(problem, start, given)
+    if not result.converged:
+        result = low_pressure.correct_sharply(problem, start, given) or result
     if not result.converged:
         raise NotConverged(
             f"Newton's method did not converge on {problem.size} unknowns"

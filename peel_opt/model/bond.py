@@ -76,6 +76,17 @@ class Piece:
 
         return self.is_first and (isinstance(self.drop, Affine) or is_smooth(self.drop))
 
+    @property
+    def lets_go(self) -> bool:
+        """Whether there is no traction on it."""
+        return self.drop == Affine(1.0, 0.0)
+
+    @property
+    def work_done(self) -> float:
+        """Work of separation up to where the piece begins, over T0 y0."""
+        assert self.lost is not None
+        return self.start - self.lost
+
     def pull(self, Y: Any, scalars: Scalars) -> Any:
         """(beta0 / A) (1 - tau(u)), what the bond has lost, over the amplitude."""
         if isinstance(self.drop, Affine):

@@ -51,19 +51,82 @@ class Scalars(AmplitudeGroups[Any]):
         """All of them, in the order in which they stand among the unknowns."""
         return tuple(getattr(self, name) for name in SCALARS)
 
+    @classmethod
+    def of_unknowns(cls, *unknowns: Any) -> Scalars:
+        """Return the scalars that stand among the unknowns of a discrete problem."""
+        return cls(*unknowns)
+
+    @staticmethod
+    def as_unknowns(scalars: Scalars) -> tuple[Any, ...]:
+        """What stands for some scalars among the unknowns."""
+        return scalars.values
+
+    @property
+    def load(self) -> Any:
+        """alpha/A, the pressure over the amplitude."""
+        return self.m + self.beta0 / self.A
+
+    def less_pressure(self, P: Any) -> Any:
+        """beta0 times how much p/T0 is above P."""
+        return self.alpha1 - (P - 1.0) * self.beta0
+
     def height(self, Y: Any) -> Any:
         """u = y/y0 of a scaled height."""
         return self.A * Y * self.beta1 / self.beta0
+
+
+@dataclass(frozen=True)
+class LowPressure(Scalars):
+    """The scalars with the digits of a pressure far below T0, which alpha1 = alpha - beta0 has lost.
+
+    Parameters
+    ----------
+    A, m, sigma, lam
+        As in `Scalars`.
+    exact_load : alpha / A; among the unknowns in place of m
+    """
+
+    exact_load: Any
+
+    @classmethod
+    def of_unknowns(cls, *unknowns: Any) -> LowPressure:
+        """Return the scalars that stand among the unknowns of a discrete problem."""
+        A, load, sigma, lam = unknowns
+        return cls(A, load - sigma**3 / A, sigma, lam, load)
+
+    @staticmethod
+    def as_unknowns(scalars: Scalars) -> tuple[Any, ...]:
+        """What stands for some scalars among the unknowns."""
+        return (scalars.A, scalars.load, scalars.sigma, scalars.lam)
+
+    @property
+    def load(self) -> Any:
+        """alpha/A, the pressure over the amplitude."""
+        return self.exact_load
+
+    @property
+    def alpha(self) -> Any:
+        """Scaled pressure sbar^3 p / k, equation (10)."""
+        return self.load * self.A
+
+    @property
+    def pressure_ratio(self) -> Any:
+        """P = p/T0 = alpha/beta0."""
+        return self.alpha / self.beta0
+
+    def less_pressure(self, P: Any) -> Any:
+        """beta0 times how much p/T0 is above P."""
+        return self.alpha - P * self.beta0
 
 
 #: Names of the scalars, in the order in which they stand among the unknowns.
 SCALARS = tuple(f.name for f in fields(Scalars))
 
 
-def symbolic() -> tuple[ca.SX, Scalars]:
-    """Return the scalars as one column of CasADi symbols, and by name."""
+def symbolic(form: type[Scalars] = Scalars) -> tuple[ca.SX, Scalars]:
+    """Return what stands for the scalars as one column of CasADi symbols, and them by name."""
     column = ca.SX.sym("s", len(SCALARS))
-    return column, Scalars(*ca.vertsplit(column))
+    return column, form.of_unknowns(*ca.vertsplit(column))
 
 
 SMALL_ANGLE = 1e-2
@@ -89,7 +152,8 @@ def versine_over(A: Any, Theta: Any) -> Any:
 
 def vertical_load(Theta: Any, Y: Any, scalars: Scalars, piece: Piece) -> Any:
     """n_y' of (12c): pressure, less adhesion, over the amplitude."""
-    return scalars.m - scalars.alpha * versine_over(scalars.A, Theta) + piece.pull(Y, scalars)
+    upward = scalars.load if piece.lets_go else scalars.m + piece.pull(Y, scalars)
+    return upward - scalars.alpha * versine_over(scalars.A, Theta)
 
 
 def identity(Y_tip: Any, scalars: Scalars, piece: Piece) -> Any:
@@ -98,6 +162,8 @@ def identity(Y_tip: Any, scalars: Scalars, piece: Piece) -> Any:
     p y_tip = Phi(y_tip) has the factor y_tip, of which the states are the zeros whose tip is held
     to the plate at any pressure.  Without it, they are no solutions.
     """
+    if piece.lets_go:
+        return scalars.load - piece.work_done * scalars.beta0 / (scalars.A * scalars.height(Y_tip))
     return scalars.m + piece.mean_pull(Y_tip, scalars)
 
 

@@ -27,7 +27,7 @@ from .compiled import Compiled
 EQUATIONS: dict[str, Callable[..., Any]] = {
     "ratio": lambda s, r: s.lam + PI4 - r * s.sigma**4,  # r = eta/y0
     "length": lambda s, sigma: s.sigma - sigma,  # sbar/eta
-    "pressure": lambda s, P: s.alpha1 - (P - 1.0) * s.beta0,  # p/T0
+    "pressure": lambda s, P: s.less_pressure(P),  # p/T0
     "lam": lambda s, lam: s.lam - lam,
     "alpha1": lambda s, alpha1: s.alpha1 - alpha1,
     "amplitude": lambda s, A: s.A - A,  # minus the tip angle
@@ -111,8 +111,8 @@ def equations(kinds: Sequence[str], scalars: Scalars, given: Any) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _compiled(kinds: tuple[str, ...]) -> Compiled:
-    (s, scalars), given = symbolic(), symbols(kinds)
+def _compiled(kinds: tuple[str, ...], form: type[Scalars] = Scalars) -> Compiled:
+    (s, scalars), given = symbolic(form), symbols(kinds)
     values = equations(kinds, scalars, given)
     gradients = (ca.densify(ca.jacobian(values, v)) for v in (s, given))
     return Compiled(ca.Function("closures", [s, given], [values, *gradients]))
@@ -128,9 +128,12 @@ def misses(closure: Closure, scalars: np.ndarray) -> np.ndarray:
     return np.asarray(EQUATIONS[closure.kind](Scalars(*scalars.T), closure.value), dtype=float)
 
 
-def derivatives(closing: Sequence[Closing], scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of the closures by the scalars and by the given numbers, a row for each closure."""
-    _, *gradients = _compiled(tuple(c.kind for c in closing))(scalars, parameters(closing))
+def derivatives(
+    closing: Sequence[Closing], scalars: np.ndarray, form: type[Scalars] = Scalars
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the closures by what stands for the scalars and by the given numbers, a row for each."""
+    compiled = _compiled(tuple(c.kind for c in closing), form)  # type: ignore[arg-type]  # a class is hashable
+    _, *gradients = compiled(scalars, parameters(closing))
     by_scalars, by_given = (gradient.reshape(len(closing), -1, order="F") for gradient in gradients)
     return by_scalars, by_given
 

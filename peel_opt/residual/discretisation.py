@@ -168,6 +168,11 @@ class Discretisation(ABC):
         """Number of unknowns."""
         return int(self.x.numel())
 
+    @property
+    def form(self) -> type[Scalars]:
+        """What stands for the scalars among the unknowns."""
+        return Scalars
+
     def symbols(self) -> tuple[ca.MX, list[ca.MX], ca.MX]:
         """Field unknowns, phase lengths and scalars as CasADi expressions."""
         fields, inner, tail = (self.x[part] for part in (self.fields, self.inner, self.tail))
@@ -259,7 +264,7 @@ class Discretisation(ABC):
 
     def scalars(self, x: np.ndarray) -> Scalars:
         """The scalars of a solution, as floats."""
-        return Scalars(*x[self.tail].tolist())
+        return self.form.of_unknowns(*x[self.tail].tolist())
 
     def lengths(self, x: np.ndarray) -> np.ndarray:
         """Lengths of all phases, shares of 1."""
@@ -290,8 +295,8 @@ class Discretisation(ABC):
 
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""
-        s = profile.scalars
-        return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], s.values])
+        tail = self.form.as_unknowns(profile.scalars)
+        return np.concatenate([self.pack_fields(profile), profile.lengths[:-1], tail])
 
 
 class Transcription(ABC):

@@ -145,7 +145,7 @@ class Linearised:
 
     @cached_property
     def _closures(self) -> tuple[np.ndarray, np.ndarray]:
-        return derivatives(self.closing, self.tail)
+        return derivatives(self.closing, self.tail, self.problem.form)
 
     @property
     def border(self) -> np.ndarray:
@@ -217,7 +217,12 @@ class Linearised:
         return along / np.linalg.norm(chart(self.tail)[1] @ along[self.problem.tail])
 
 
-def rate(read: Callable[[Scalars], float], scalars: np.ndarray, direction: np.ndarray) -> float:
+def rate(
+    read: Callable[[Scalars], float],
+    scalars: np.ndarray,
+    direction: np.ndarray,
+    form: type[Scalars] = Scalars,
+) -> float:
     """Derivative of a number of the scalars in a direction, by one step along the imaginary axis.
 
     Parameters
@@ -226,10 +231,12 @@ def rate(read: Callable[[Scalars], float], scalars: np.ndarray, direction: np.nd
         Arithmetic and powers of the scalars.
     scalars, direction : ndarray, shape (scalars,)
     """
-    moved = Scalars(*(scalars + 1j * IMAGINARY * direction).tolist())
+    moved = form.of_unknowns(*(scalars + 1j * IMAGINARY * direction).tolist())
     return float(complex(read(moved)).imag / IMAGINARY)
 
 
-def gradient(read: Callable[[Scalars], float], scalars: np.ndarray) -> np.ndarray:
-    """Derivatives of a number by each of the scalars."""
-    return np.array([rate(read, scalars, unit) for unit in np.eye(len(scalars))])
+def gradient(
+    read: Callable[[Scalars], float], scalars: np.ndarray, form: type[Scalars] = Scalars
+) -> np.ndarray:
+    """Derivatives of a number by what stands for each of the scalars."""
+    return np.array([rate(read, scalars, unit, form) for unit in np.eye(len(scalars))])

@@ -98,7 +98,7 @@ def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSyst
 
 
 def _closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
-    (s, scalars), numbers = symbolic(), symbols(kinds)
+    (s, scalars), numbers = symbolic(problem.form), symbols(kinds)
     closing = ca.Function("closing", [s, numbers], [equations(kinds, scalars, numbers)])
     x, given = problem.x, ca.MX.sym("given", numbers.numel())
     values = closing(x[problem.tail], given)

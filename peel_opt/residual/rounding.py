@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.arrays import EPS
 from ..base.threads import one_thread
-from ..model.equations import Scalars
+from ..model.equations import LowPressure, Scalars
 from ..model.groups import PI4
 from .closures import Closure
 from .discretisation import Discretisation
@@ -59,14 +59,15 @@ def response(at: Linearised, update: np.ndarray, read: Callable[[Scalars], float
         The answered number.
     """
     problem, given = at.problem, [closure for closure in at.closing if isinstance(closure, Closure)]
-    by_scalars = gradient(read, at.tail)
+    by_scalars = gradient(read, at.tail, problem.form)
     with one_thread:
         responses = at.adjoint(np.column_stack([by_scalars, np.eye(len(by_scalars))]))
         sizes = at.sizes
     own = responses[:, 0]
     by_given = np.abs(own[-len(given) :] @ at.by_given)
-    # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
-    terms = {"pressure": 1.0, "lam": PI4}
+    # p/T0 enters as 1 - p/T0, but where it is small, and lambda as pi^4 + lambda: their rounding is
+    # that of the larger.
+    terms = {"pressure": 0.0 if problem.form is LowPressure else 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
     digits = abs(read(problem.scalars(at.x))) + float(by_given @ given_sizes)

@@ -6,7 +6,7 @@ Theta'' at its nodes.  Converges faster than any power of the number of nodes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar
 
@@ -16,6 +16,7 @@ import numpy as np
 from ..base.checks import whole
 from ..base.errors import OutOfRange
 from ..base.quadrature import gauss, integration_matrix, values_matrix
+from ..model.equations import LowPressure, Scalars
 from .discretisation import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
@@ -33,6 +34,8 @@ class Spectral(Transcription):
         Gauss nodes per element.
     elements : int
         Equal elements per phase.
+    low_pressure : bool
+        Have alpha/A among the unknowns: digits of a pressure far below T0, for answers alone.
 
     Raises
     ------
@@ -42,6 +45,7 @@ class Spectral(Transcription):
 
     nodes: int = 16
     elements: int = 1
+    low_pressure: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         # A matrix of nodes x nodes is kept for each phase.
@@ -90,6 +94,19 @@ class SpectralDiscretisation(Discretisation):
         self.whole = np.tile(weights, settings.elements) / settings.elements
 
     @property
+    def form(self) -> type[Scalars]:
+        """What stands for the scalars among the unknowns."""
+        return LowPressure if self.settings.low_pressure else Scalars
+
+    def with_form(self, *, low_pressure: bool) -> SpectralDiscretisation:
+        """Return the same problem with the scalars in this form among the unknowns."""
+        return _discretise(replace(self.settings, low_pressure=low_pressure), self.phases)
+
+    def in_form(self, x: np.ndarray, other: SpectralDiscretisation) -> np.ndarray:
+        """Return a solution as the same problem `with_form` has it."""
+        return np.append(x[: self.tail.start], other.form.as_unknowns(self.scalars(x)))
+
+    @property
     def weight(self) -> int:
         """Its matrices are dense."""
         return self.size**2
@@ -127,7 +144,7 @@ class SpectralDiscretisation(Discretisation):
         free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
         dh[:, self.inner] = np.kron(free, ones)
         integration = Integration(np.vstack(self.chain(self.zeta)), h, dh, self.field_count)
-        return SpectralFields(self.phases, integration, curl, tail, gradients=gradients)
+        return SpectralFields(self.phases, integration, curl, tail, form=self.form, gradients=gradients)
 
     @cached_property
     def _fields(self) -> SpectralFields:

@@ -72,18 +72,27 @@ class SpectralFields:
     phases : tuple of Piece
     integration : Integration
     curl, tail : casadi.MX
-        Theta'' at the nodes, and the four scalars.
+        Theta'' at the nodes, and what stands for the four scalars.
+    form : type
+        What that is.
     gradients : bool
         Carry the pointwise derivatives that `jacobian` needs.
     """
 
     def __init__(
-        self, phases: Phases, integration: Integration, curl: ca.MX, tail: ca.MX, *, gradients: bool
+        self,
+        phases: Phases,
+        integration: Integration,
+        curl: ca.MX,
+        tail: ca.MX,
+        *,
+        form: type[Scalars],
+        gradients: bool,
     ) -> None:
         self.phases, self.integration, self.curl, self.tail = phases, integration, curl, tail
-        self._gradients = gradients
+        self._form, self._gradients = form, gradients
         n = integration.nodes
-        self.scalars = Scalars(*ca.vertsplit(tail))
+        self.scalars = form.of_unknowns(*ca.vertsplit(tail))
         self.K = integration.of(curl)
         self.Theta = -1 + integration.of(self.K[:n])
         Theta = self.Theta[:n]
@@ -97,15 +106,20 @@ class SpectralFields:
         #: In place of Theta(1) = 0 where the tip is free.
         self.free = phases[0].lost is not None
         tip_phase = phases[:1] if self.free else ()
-        self.identity = _field(identity, tip_phase, 1, (self.Y_tip,), tail, gradients)
+        self.identity = self._at(identity, tip_phase, 1, self.Y_tip)
         #: u = y/y0 at the switches.
-        self.heights = _field(_height, phases[:-1], 1, (self.Y[n:-1],), tail, gradients)
+        self.heights = self._at(_height, phases[:-1], 1, self.Y[n:-1])
         self.switches = len(phases) - 1
 
     def _pointwise(self, function: Callable[..., Any], *arguments: ca.MX) -> Field:
         """Apply a function at the nodes of every phase."""
         n = self.integration.nodes
-        return _field(function, self.phases, n // len(self.phases), arguments, self.tail, self._gradients)
+        return self._at(function, self.phases, n // len(self.phases), *arguments)
+
+    def _at(self, function: Callable[..., Any], phases: Phases, local: int, *arguments: ca.MX) -> Field:
+        """Apply a function at some points of some phases."""
+        form, gradients = self._form, self._gradients
+        return _field(function, phases, local, arguments, self.tail, form=form, gradients=gradients)
 
     def residual(self) -> ca.MX:
         """(12a) at the nodes, K(1) = 0, the equation at the edge, y = y0 at the switches."""
@@ -168,12 +182,14 @@ def _field(
     local: int,
     arguments: tuple[ca.MX, ...],
     tail: ca.MX,
+    *,
+    form: type[Scalars],
     gradients: bool,
 ) -> Field:
     """Apply ``function(*arguments, scalars, piece)`` at ``local`` points of every phase."""
     if not phases:
         return Field(ca.MX(0, 1), ())
-    count, (s, scalars) = len(arguments), symbolic()
+    count, (s, scalars) = len(arguments), symbolic(form)
     inputs = [ca.SX.sym(f"q{i}", local * len(phases)) for i in range(count)]
     outputs: list[list[ca.SX]] = []
     for j, piece in enumerate(phases):
