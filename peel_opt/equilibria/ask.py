@@ -15,7 +15,7 @@ from ..residual.discretisation import Transcription
 from .certify import certify
 from .closed_form import closed_form
 from .methods import Answer, Method, as_method, solve_to_tolerance
-from .question import ASKS, Question
+from .question import Question, about_a_rod
 from .result import Equilibrium
 from .select import select
 
@@ -221,7 +221,7 @@ def ask_rod(
         question = Question.of_rod(rod, given, value, law=law, state=state, near=near)
         return solve_question(question, method, tol)
 
-    return _guarded(ask, rod, ASKS[given].asked.attribute, tol, throw)
+    return _guarded(ask, rod, about_a_rod(given).asked.attribute, tol, throw)
 
 
 def _guarded(

@@ -130,6 +130,20 @@ def rod_questions() -> dict[str, Asks]:
     return {name: asks for name, asks in ASKS.items() if asks.held is RATIO}
 
 
+def about_a_rod(given: str) -> Asks:
+    """Return what a number of this name asks for that is given of a rod.
+
+    Raises
+    ------
+    InvalidInput
+        If that is no question.
+    """
+    known = rod_questions()
+    if given not in known:
+        raise InvalidInput(f"{given!r} given of a rod is no question.", remedy=f"Give {' or '.join(known)}.")
+    return known[given]
+
+
 def answering(attribute: str, given: Container[str] = ()) -> Asks:
     """Return the kind of question whose answer is an attribute of an `Equilibrium`.
 
@@ -201,7 +215,7 @@ class Question:
         OutOfRange
             If eta/y0 is far off.
         """
-        asks, rod = ASKS[given], require_rod(rod, RATIOS)
+        asks, rod = about_a_rod(given), require_rod(rod, RATIOS)
         ratio = asks.given.to_ratio(rod, value)
         exact = {given: finite(given, value, asks.given.unit_of(rod)), asks.given.attribute: ratio}
         posed = cls.at(rod, known_law(law), given, ratio)

@@ -50,6 +50,13 @@ def test_a_question_names_what_is_given_in_the_units_of_the_rod() -> None:
     assert Question.of_groups(4.0, 1.0).words == "beta0 = 4, lambda = 1"
 
 
+def test_what_is_no_question_about_a_rod_is_said() -> None:
+    with pytest.raises(
+        po.InvalidInput, match=r"'lam' given of a rod is no question\. Give pressure or length"
+    ):
+        ask_rod(STRIP, "lam", 1.0)
+
+
 def test_near_an_equilibrium_is_near_what_it_has_of_the_number_asked_for() -> None:
     eq = po.length_given_pressure(STRIP, 60e3)
     assert Question.of_rod(STRIP, "pressure", 61e3, near=eq).near == eq.length_ratio
