@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from ...analysis.lambda_loop import HysteresisLoop, loop_along
+from ...analysis.lambda_loop import Convention, HysteresisLoop, loop_along
 from ...analysis.maxwell import TURN
 from ...analysis.pressure_loop import PressureLoop, loop_of_branch, swept_pressures
 from ...base.errors import NoEquilibrium
 from ...base.units import told_apart
+from ...equilibria.branch import Branch
 from ...plots.loop import lambda_panel, pressure_panel
 from ...plots.panels import Panel
 from .curves import Curve
@@ -80,17 +82,22 @@ def lambda_loop(state: State, curve: Curve, found: Landscape) -> LoopSweep | str
         return "No Maxwell point is known here, hence no loop under that convention."
     if "delay" not in found.named:
         return "The branch is not known far enough past the fold for a loop."
-    at = found.named["fold"].lam
-    window = (WINDOW[0] * at, WINDOW[1] * at)
     try:
-        loop = loop_along(found.potential, state.convention, found.source, window, SWEEP)
+        loop, panel = _of_potential(found, state.convention, curve)
     except NoEquilibrium as error:
         return str(error)
-    middle = curve.branch.state == "middle"
     note = NOT_COMPUTED
     if state.convention == "maxwell":
         note = "Under the Maxwell convention both ways are the same path. " + note
-    return LoopSweep(loop, lambda_panel(loop, (curve.branch.lam[middle], curve.branch.alpha1[middle])), note)
+    return LoopSweep(loop, panel, note)
+
+
+@lru_cache(maxsize=32)
+def _of_potential(found: Landscape, convention: Convention, curve: Curve) -> tuple[HysteresisLoop, Panel]:
+    fold, middle = found.named["fold"].lam, curve.branch.state == "middle"
+    window = (WINDOW[0] * fold, WINDOW[1] * fold)
+    loop = loop_along(found.potential, convention, found.source, window, SWEEP)
+    return loop, lambda_panel(loop, (curve.branch.lam[middle], curve.branch.alpha1[middle]))
 
 
 def pressure_loop(state: State, curve: Curve) -> LoopSweep | str:
@@ -100,8 +107,14 @@ def pressure_loop(state: State, curve: Curve) -> LoopSweep | str:
     turn = curve.special("LP-pressure")
     if turn is None or curve.special("contact") is None:
         return "The loop needs the branch up to contact; it has not been walked that far yet."
-    loop = loop_of_branch(curve.branch, swept_pressures(turn.pressure_ratio, SWEEP))
+    loop, panel = _of_branch(curve.branch, turn.pressure_ratio)
     note = NOT_COMPUTED
     if state.convention == "maxwell":
         note = "A rod under a pressure has the delay convention only. " + note
-    return LoopSweep(loop, pressure_panel(loop), note)
+    return LoopSweep(loop, panel, note)
+
+
+@lru_cache(maxsize=32)
+def _of_branch(branch: Branch, least: float) -> tuple[PressureLoop, Panel]:
+    loop = loop_of_branch(branch, swept_pressures(least, SWEEP))
+    return loop, pressure_panel(loop)

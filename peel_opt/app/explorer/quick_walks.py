@@ -44,6 +44,15 @@ DENSE = 8
 class QuickBranch(PrimaryBranch):
     """A primary branch whose folds are found by one step each, not to the last digit."""
 
+    #: Time it has been walked for, over all the pictures that asked for more of it.
+    seconds = 0.0
+
+    def walk_on(self, enough: Callable[[Point], bool]) -> None:
+        """Walk on as `extend` does, and count the time."""
+        began = time.perf_counter()
+        self.extend(enough)
+        self.seconds += time.perf_counter() - began
+
     def _insert_folds(self, here: Point, there: Point) -> None:
         folds = [
             Located(kind, *found, rate)
@@ -89,16 +98,15 @@ def _quick_branch(law: CohesiveLaw, kind: str, value: float, side: int, _thread:
 def walked(law: CohesiveLaw, ratio: float, deadline: float) -> QuickBranch:
     """Walk the branch at a ratio until it ends or ``deadline`` (of ``time.perf_counter``) is past."""
     branch = quick_branch(law, "ratio", ratio)
-    branch.extend(lambda _: below_zero(branch) or time.perf_counter() > deadline)
+    branch.walk_on(lambda _: below_zero(branch) or time.perf_counter() > deadline)
     return branch
 
 
 def quick_rod(law: CohesiveLaw, rod: Rod, deadline: float) -> tuple[QuickBranch, Curve]:
     """Walk a rod's branch so far, and draw it."""
-    began = time.perf_counter()
     branch = walked(law, rod.ratio, deadline)
     done = branch.ended or ("p < 0" if branch.points[-1].scalars.pressure_ratio < 0.0 else "")
-    return branch, _dense([branch], rod, done, began)
+    return branch, _drawn((branch,), (len(branch.points),), rod, done)
 
 
 def gone(branch: QuickBranch, span: tuple[float, float]) -> bool:
@@ -110,17 +118,18 @@ def quick_groups(
     law: CohesiveLaw, beta0: float, span: tuple[float, float], deadline: float
 ) -> tuple[tuple[QuickBranch, QuickBranch], Curve]:
     """Walk both sides of the branch through T at fixed beta0, as far as the window of lambda."""
-    began = time.perf_counter()
     sides = tuple(quick_branch(law, "length", math.cbrt(beta0), side) for side in (-1, 1))
 
     for branch in sides:
-        branch.extend(lambda _, b=branch: gone(b, span) or time.perf_counter() > deadline)  # type: ignore[misc]
+        branch.walk_on(lambda _, b=branch: gone(b, span) or time.perf_counter() > deadline)  # type: ignore[misc]
     done = "window" if all(gone(b, span) for b in sides) else ""
-    return (sides[0], sides[1]), _dense(list(sides), None, done, began)
+    return (sides[0], sides[1]), _drawn(sides, tuple(len(b.points) for b in sides), None, done)
 
 
-def _dense(walks: list[QuickBranch], rod: Rod | None, ended: str, began: float) -> Curve:
-    """Draw cubics through points and tangents of walks that share their first point, T."""
+@lru_cache(maxsize=32)
+def _drawn(walks: tuple[QuickBranch, ...], _counts: tuple[int, ...], rod: Rod | None, ended: str) -> Curve:
+    """Draw cubics through points and tangents of walks that share their first point, T; once for so many."""
+    began = time.perf_counter()
     parts, error = [], 0.0
     for walk in walks:
         s = np.array([p.arclength for p in walk.points])
@@ -163,7 +172,8 @@ def _dense(walks: list[QuickBranch], rod: Rod | None, ended: str, began: float) 
     solved = [p for walk in walks for p in (walk.points[:0:-1] if walk.side < 0 else walk.points)]
     method = f"quick walk of {len(solved)} points"
     branch = replace(branch, special_points=specials)
-    return Curve(branch, method, time.perf_counter() - began, tuple(solved))
+    seconds = sum(walk.seconds for walk in walks) + time.perf_counter() - began
+    return Curve(branch, method, seconds, tuple(solved))
 
 
 def _special(branch: Branch, kind: str, status: str, arclength: float, error: float) -> SpecialPoint:

@@ -330,14 +330,19 @@ def _reading(state: State) -> str:
 
 def _diagram(state: State, branch: Branch) -> Panel:
     """Return the picture of a branch, its stability read as far as it is known."""
+    return _read(branch, _reading(state))
+
+
+@lru_cache(maxsize=32)
+def _read(branch: Branch, reading: str) -> Panel:
     known: dict[str, bool] = {"middle": False, "lower": True}
-    if state.rod is not None:
+    if reading == AT_PRESSURE:
         if branch.index is not None:
             return diagram_panel(branch)
         # From T to the minimum pressure one motion grows, for every rod.
         known = {"middle": False, "lower": False}
     stable = [known.get(label) for label in branch.state.tolist()]
-    return diagram_panel(branch, stable=stable, reading=_reading(state))
+    return diagram_panel(branch, stable=stable, reading=reading)
 
 
 def _place(state: State, eq: Equilibrium | None, branch: Branch) -> tuple[float, float] | None:
