@@ -118,7 +118,7 @@ MARKS: dict[str, Marker] = {
     "LP-length": Marker("s", "square", PRESSURE),
     "LP-pressure": Marker("D", "diamond", WARNING),
     "y=y0": Marker("^", "triangle", RANGE),
-    "contact": Marker("X", "square_x", ROD),
+    "contact": Marker("X", "x", ROD, size=7.0),
     "fold": Marker("s", "square", WARNING),
     "maxwell": Marker("D", "diamond", RANGE),
     "delay": Marker("^", "triangle", ADHESION),
