@@ -17,6 +17,7 @@ import peel_opt as po
 from peel_opt.analysis.maxwell import TURN
 from peel_opt.analysis.pressure_loop import PressureLoop
 from peel_opt.app.cards import load_card
+from peel_opt.app import explorer
 from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
@@ -41,6 +42,11 @@ PROBLEMS = [
 ROD = State(given="length", law="cohesive")
 PRESSED = State(given="pressure", law="cohesive", pressure=0.3)
 SI = State(units="SI", given="length", law="cohesive", length=1.9e-3, pressure=6e4)
+
+
+@pytest.mark.parametrize("name", explorer.__all__)
+def test_what_the_explorer_offers_is_there(name: str) -> None:
+    assert getattr(explorer, name).__name__ == name
 
 
 # --- states, links, cards ---------------------------------------------------------------------

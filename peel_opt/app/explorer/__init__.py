@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "State": "state",
-    "Scene": "scene",
-    "live_scene": "scene",
-    "full_scene": "scene",
+    "Scene": "screen",
+    "live_scene": "screen",
+    "full_scene": "screen",
     "serve": "server",
 }
 
