@@ -16,8 +16,8 @@ from scipy.interpolate import CubicHermiteSpline
 import peel_opt as po
 from peel_opt.analysis.maxwell import TURN
 from peel_opt.analysis.pressure_loop import PressureLoop
-from peel_opt.app.cards import load_card
 from peel_opt.app import explorer
+from peel_opt.app.cards import load_card
 from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
