@@ -1,4 +1,4 @@
-"""Where the states of a branch end: its folds, located again on a finer mesh.
+"""Where the states of a branch end: its folds and the contact, located again on a finer mesh.
 
 A walk knows its folds as well as its own mesh does, some 1e-11 of p/T0.  A question that close to a
 fold is asked of the finer mesh, and what a refusal names as the nearest value is the fold found there.
@@ -13,7 +13,7 @@ from ..residual.closures import Closure, Plane
 from .family import Family
 from .points import Point
 from .primary import Candidate, PrimaryBranch, crossings
-from .special import FOLDS, Located
+from .special import Located
 
 #: Arclength on either side of a fold within which it is looked for again.
 REACH = 0.02
@@ -24,19 +24,19 @@ BESIDE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Sharpened:
-    """A fold on a finer mesh than that of its walk, with a point on either side."""
+    """An end of states on a finer mesh than that of its walk, with a point on either side."""
 
     family: Family
     points: Sequence[Point]
 
     @property
-    def fold(self) -> Point:
-        """The fold itself."""
+    def end(self) -> Point:
+        """The fold or the contact itself."""
         return self.points[1]
 
 
 def sharpened(branch: PrimaryBranch, located: Located) -> Sharpened | None:
-    """Locate a fold of a branch again on a finer mesh; None where that fails."""
+    """Locate a fold of a branch, or its contact, again on a finer mesh; None where that fails."""
     finer = replace(branch.family, transcription=branch.family.transcription.refined())
     walked = located.point
     solved = finer.solve(walked.profile, Plane.across(walked.place, walked.direction))
@@ -45,11 +45,11 @@ def sharpened(branch: PrimaryBranch, located: Located) -> Sharpened | None:
     problem, result = solved
     start = finer.point(problem, result.x, walked.direction, walked.arclength, result.iterations)
     before, after = finer.step(start, -REACH), finer.step(start, REACH)
-    rate = dict(FOLDS[branch.family.closure.kind])[located.kind]
-    if before is None or after is None or rate(before) * rate(after) > 0.0:
+    vanishes = located.monitor
+    if before is None or after is None or vanishes(before) * vanishes(after) > 0.0:
         return None
-    fold, _ = finer.turning_point(before, after, rate)
-    return Sharpened(finer, (before, fold, after))
+    end, _ = finer.turning_point(before, after, vanishes)
+    return Sharpened(finer, (before, end, after))
 
 
 def beside_folds(branch: PrimaryBranch, given: Closure) -> list[Candidate]:

@@ -175,7 +175,8 @@ class Family:
             return found
         low, high, shrink = here, there, 1.0
         least = max(LANDING_WIDTH, _resolution(there))
-        while (span := high.arclength - low.arclength) > least and shrink > 1e-6:
+        # Arclengths add up steps of different origin: the bracket is measured from its lower end.
+        while (span := low.ahead(high.place)) > least and shrink > 1e-6:
             a, b = low.miss(other), high.miss(other)
             for start in sorted((low, high), key=lambda p: abs(p.miss(other))):
                 found = self.solve(start.profile, other)

@@ -192,13 +192,13 @@ def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
 
 
 def _of_the_state(branch: PrimaryBranch, question: Question) -> list[Point]:
-    """Points of the states that are meant, ends included; folds as a finer mesh has them."""
+    """Points of the states that are meant; folds and the contact, their ends, as a finer mesh has them."""
     wanted: dict[int, Point] = {}
     for here, there in pairwise(branch.points):
         if question.fits(branch.state_at(0.5 * (here.arclength + there.arclength))):
             wanted |= {id(here): here, id(there): there}
-    for located in branch.folds:
-        fold = sharpened(branch, located) if id(located.point) in wanted else None
-        if fold is not None:
-            wanted[id(located.point)] = fold.fold
+    for located in [*branch.folds, *([branch.contact] if branch.contact else [])]:
+        finer = sharpened(branch, located) if id(located.point) in wanted else None
+        if finer is not None:
+            wanted[id(located.point)] = finer.end
     return list(wanted.values())

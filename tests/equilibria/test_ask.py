@@ -384,6 +384,27 @@ def test_beside_the_least_pressure_nothing_is_denied_that_exists(ratio: float) -
     assert caught.value.nearest == pytest.approx(least, abs=1e-12)
 
 
+@pytest.mark.parametrize("state", ["unfolded", "folded"])
+@pytest.mark.parametrize("above", [1e-12, 1e-13, 1e-14])
+def test_within_rounding_of_the_least_pressure_a_state_is_found(state: str, above: float) -> None:
+    rod = po.Rod.from_ratio(1.0)
+    limit = po.readhesion_pressure(rod)
+    eq = po.length_given_pressure(rod, limit.pressure * (1.0 + above), state=state, tol=1e-5)
+    assert eq.certified
+    apart = eq.length - limit.length
+    assert (apart > 0.0) == (state == "folded")
+    # The length leaves its value at the fold with the root of the distance in p.
+    assert abs(apart) < 2.0 * math.sqrt(above) + eq.error
+
+
+def test_the_nearest_length_of_folded_states_is_that_at_the_contact() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    with pytest.raises(po.NoEquilibrium) as caught:
+        po.pressure_given_length(rod, 0.5, state="folded")
+    end = po.trace(rod).special("contact")[0].length_ratio
+    assert caught.value.nearest == pytest.approx(end, abs=1e-9)
+
+
 def test_the_nearest_folded_state_is_the_end_of_the_folded_states() -> None:
     with pytest.raises(po.NoEquilibrium) as caught:
         po.length_given_pressure(po.Rod.from_ratio(0.0055), 0.9, state="folded")

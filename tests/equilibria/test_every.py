@@ -123,7 +123,8 @@ def test_the_branch_under_a_law_that_jumps_has_the_states_that_a_scan_finds(
     assert branch.special("contact")[0].pressure_ratio == pytest.approx(1.0, abs=1e-9)
     for P in (*met, *not_met):
         walked = np.sort(branch.length_ratio[np.abs(branch.pressure_ratio - P) < 1e-9])
-        scanned = [eq for eq in po.equilibria(rod, pressure=P, law=DROP) if eq.state != "other"]
+        scanned = [eq for eq in po.equilibria(rod, pressure=P, law=DROP)]
+        scanned = [eq for eq in scanned if eq.state in ("middle", "lower", "folded")]
         assert walked == pytest.approx(sorted(eq.length_ratio for eq in scanned), rel=1e-7)
         for state in ("unfolded", "folded"):
             there = [eq for eq in scanned if (eq.state == "folded") == (state == "folded")]
