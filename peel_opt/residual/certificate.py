@@ -12,10 +12,10 @@ from .discretisation import Profile
 HEIGHT_NOISE = 1e-9
 
 
-def on_plate(profile: Profile) -> bool:
-    """Whether the tip of a shape lies on the plate."""
+def on_plate(profile: Profile, noise: float) -> bool:
+    """Whether the tip of a shape lies on the plate, within a share of the largest height."""
     heights = profile.values[:, :, 4]
-    return bool(abs(heights[0, 0]) <= HEIGHT_NOISE * np.abs(heights).max())
+    return bool(abs(heights[0, 0]) <= noise * np.abs(heights).max())
 
 
 def certificate(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> float:

@@ -123,8 +123,9 @@ def test_the_branch_under_a_law_that_jumps_has_the_states_that_a_scan_finds(
     assert branch.special("contact")[0].pressure_ratio == pytest.approx(1.0, abs=1e-9)
     for P in (*met, *not_met):
         walked = np.sort(branch.length_ratio[np.abs(branch.pressure_ratio - P) < 1e-9])
-        scanned = [eq for eq in po.equilibria(rod, pressure=P, law=DROP)]
-        scanned = [eq for eq in scanned if eq.state in ("middle", "lower", "folded")]
+        scanned = [
+            eq for eq in po.equilibria(rod, pressure=P, law=DROP) if eq.state in ("middle", "lower", "folded")
+        ]
         assert walked == pytest.approx(sorted(eq.length_ratio for eq in scanned), rel=1e-7)
         for state in ("unfolded", "folded"):
             there = [eq for eq in scanned if (eq.state == "folded") == (state == "folded")]
@@ -202,3 +203,10 @@ def test_a_state_that_is_not_certified_ends_what_is_claimed() -> None:
     strict = po.equilibria(rod, pressure=0.5, tol=1e-17)
     assert not [eq for eq in strict if eq.state == "other"]
     assert strict.searched.length_ratios[1] == pytest.approx(min(others), rel=1e-6)
+
+
+def test_a_tip_that_is_held_is_on_the_plate_whatever_the_mesh_makes_of_it() -> None:
+    states = po.equilibria(po.Rod.from_ratio(1.0), pressure=0.958, law=DROP)
+    held = min(states, key=lambda eq: abs(eq.length_ratio - 3.0390095))
+    assert held.state == "other"
+    assert held.flags == ("overhang", "tip on plate")
