@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -189,17 +190,26 @@ def _field(
     """Apply ``function(*arguments, scalars, piece)`` at ``local`` points of every phase."""
     if not phases:
         return Field(ca.MX(0, 1), ())
-    count, (s, scalars) = len(arguments), symbolic(form)
+    count, (s, _) = len(arguments), symbolic(form)
     inputs = [ca.SX.sym(f"q{i}", local * len(phases)) for i in range(count)]
     outputs: list[list[ca.SX]] = []
     for j, piece in enumerate(phases):
-        q = ca.SX.sym("q", count)
-        value = function(*ca.vertsplit(q), scalars, piece)
-        row = ca.densify(ca.jacobian(value, ca.vertcat(q, s)))  # in one go: the parts share most of it
-        rates = [*ca.horzsplit(row[:, :count]), row[:, count:]] if gradients else []
-        at_one = ca.Function("at_one", [q, s], [value, *rates])
+        # mypy looks for the hash of its instances, where the class itself is the key.
+        at_one = _at_one(function, piece, count, form, gradients=gradients)  # type: ignore[arg-type]
         here = range(j * local, (j + 1) * local)
         outputs += [at_one.call([ca.vertcat(*(v[k] for v in inputs)), s]) for k in here]
     columns = [ca.vertcat(*column) for column in zip(*outputs, strict=True)]
     values, *rates = ca.Function("field", [*inputs, s], columns).call([*arguments, tail])
     return Field(values, tuple(rates))
+
+
+@lru_cache(maxsize=512)
+def _at_one(
+    function: Callable[..., Any], piece: Piece, count: int, form: type[Scalars], *, gradients: bool
+) -> ca.Function:
+    """Return the function on one piece of a law; compiled once, however many sequences of phases hold it."""
+    q, (s, scalars) = ca.SX.sym("q", count), symbolic(form)
+    value = function(*ca.vertsplit(q), scalars, piece)
+    row = ca.densify(ca.jacobian(value, ca.vertcat(q, s)))  # in one go: the parts share most of it
+    rates = [*ca.horzsplit(row[:, :count]), row[:, count:]] if gradients else []
+    return ca.Function("at_one", [q, s], [value, *rates])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -281,3 +283,26 @@ def test_more_phases_than_fit_into_memory_are_refused() -> None:
     first, second = COHESIVE.pieces
     with pytest.raises(po.OutOfRange, match="200 phases takes 3200 unknowns"):
         Spectral(16).discretise((second, first) * 100)
+
+
+def test_a_piece_of_a_law_is_compiled_once_for_all_sequences_of_phases() -> None:
+    drops: list[int] = []
+
+    def counted(j: int) -> Callable[[Any], Any]:
+        def tau(u: Any) -> Any:
+            if isinstance(u, ca.SX):
+                drops.append(j)
+            return (1.0 - 0.3 * u) ** 2 if j < 2 else 0.16 + 0.0 * u
+
+        return tau
+
+    law = po.CohesiveLaw([counted(j) for j in range(3)], kinks=(1.0, 2.0), name="counted")
+    a, b, c = law.pieces
+    mesh = Spectral(8)
+    for tip_in in ((c, b, a), (b, a), (a,)):
+        mesh.discretise(tip_in).linearised  # noqa: B018
+    assert set(drops) == {0, 1, 2}
+    drops.clear()
+    for phases in ((b, c, b, a), (a, b, a), (c, b, c, b, a), (a, b, c, b, a)):
+        mesh.discretise(phases).linearised  # noqa: B018
+    assert drops == []
