@@ -21,13 +21,14 @@ from ..base.files import atomic_write
 from ..base.progress import progress
 from ..model.bond import COHESIVE
 from ..residual.closures import Closure
+from ..residual.meshes import PATH
 from ..residual.stack import stack_of
 from .points import SolvedState
 from .primary import PrimaryBranch, primary_branch
-from .seeds import CHARTS, FILE, LEAVES, MESH, packed
+from .seeds import CHARTS, FILE, LEAVES, packed
 
 #: Rods and states along each chart.
-GRID = {"whole": (20, 16), "within": (22, 14), "beyond": (30, 22)}
+GRID = {"whole": (20, 16), "within": (22, 14), "beyond": (34, 28)}
 
 
 def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
@@ -54,14 +55,14 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
         if met != len(phases):
             raise RuntimeError(f"a state of the chart {name!r} has {met} phases")
         found.append(x)
-    stack = stack_of(MESH, phases)
+    stack = stack_of(PATH, phases)
     return packed(stack, np.array(found)[:, -stack.size :])
 
 
 def _state(branch: PrimaryBranch, given: Closure) -> SolvedState:
     """Return the first state of a branch at a number, on the mesh of the seeds."""
     landed = branch.candidates(given)[0].solution
-    if landed.problem.settings != MESH:
+    if landed.problem.settings != PATH:
         raise RuntimeError(f"walks are on {landed.problem.settings}")
     return landed
 

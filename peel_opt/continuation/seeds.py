@@ -22,11 +22,8 @@ from ..model.bond import COHESIVE
 from ..model.groups import PI4
 from ..model.rod import RATIOS
 from ..residual.discretisation import Phases
+from ..residual.meshes import PATH
 from ..residual.stack import Stack, stack_of
-from ..residual.transcriptions import Spectral
-
-#: Mesh of the starts, that of every walk.
-MESH = Spectral(nodes=16)
 
 #: eta/y0 above which the tip of an unfolded state may leave the cohesive zone: there P_min is 1/2.
 LEAVES = 0.386459168173
@@ -35,7 +32,7 @@ LEAVES = 0.386459168173
 FILE = "seeds.npz"
 
 #: Places along a chart between which a number that is given is looked for, closer towards its end.
-PLACES = 64
+PLACES = 96
 
 #: Share of the last value of a chart by which it may be wrong.
 BEYOND = 1e-3
@@ -61,7 +58,7 @@ class SeedChart:
     @property
     def stack(self) -> Stack:
         """What the starts are starts of."""
-        return stack_of(MESH, self.phases)
+        return stack_of(PATH, self.phases)
 
     def rods(self, ratio: np.ndarray) -> Rods:
         """Return the chart's columns at some rods within its ratios."""

@@ -19,9 +19,10 @@ from ..model.labels import known_state
 from ..model.rod import Rod
 from ..residual.certificate import HEIGHT_NOISE
 from .ask import ask_rod, equilibrium
-from .batches import FoundTogether, Many, find
+from .batches import find
 from .question import ASKS, known_law
 from .result import Equilibrium
+from .unfolded import Many
 
 #: The kinds of question, by the names of what is given.
 KINDS = {(asks.beside, asks.given.attribute): asks for asks in ASKS.values()}
@@ -226,10 +227,9 @@ def answers(
         given=np.stack([side.ravel() for side in sides], axis=1),
         law=known_law(named),
         state=known_state(state),
-        tol=positive("tol", tol),
     )
-    options: dict[str, Any] = {"law": named, "state": question.state, "tol": question.tol}
-    arrays = _arrays(question, find(question), columns)
+    options: dict[str, Any] = {"law": named, "state": question.state, "tol": positive("tol", tol)}
+    arrays = found_together(question, options["tol"], columns)
     rest = np.flatnonzero(arrays["statuses"] == "")
     flat = {name: values.ravel() for name, values in columns.items()}
     for row in rest.tolist():
@@ -264,8 +264,12 @@ def _broadcast(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return dict(zip(columns, (np.array(values) for values in broadcast), strict=True))
 
 
-def _arrays(question: Many, found: FoundTogether, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the flat arrays of `Answers`, empty where the batch has found nothing."""
+def found_together(question: Many, tol: float, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the flat arrays of `Answers` as far as questions are answered together, by name.
+
+    Where there is no answer yet texts are empty and numbers are not; ``columns`` are kept as they are.
+    """
+    found = find(question, tol)
     count = len(found.certified)
     A, m, sigma, lam, height, error, certificate, condition = (found.numbers[name] for name in found.numbers)
     beta0 = sigma**3

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,9 @@ from .newton import CONTRACTION
 from .rounding import UNITS
 from .stack import TAIL, Stack, gradient
 
-#: Size of an update from which on the inverse at hand does: the next is smaller by about this factor.
-CHORD = 1e-3
+#: Size of an update from which on the inverse at hand does.  Whether it still fits shows in how fast updates
+#: shrink: across a fold, where its determinant changes sign, they would not.
+CHORD = 3e-3
 
 #: Largest scaled update at which to stop, and iterations at most.
 ENOUGH, MOST_ITERATIONS = 1e-11, 10
@@ -69,15 +71,24 @@ class Solved:
         return self.stack.scalars(self.x)
 
     def of(self, rows: np.ndarray) -> Solved:
-        """Some of the states."""
+        """Some of the states, in increasing order; all of them are the same object."""
+        if len(rows) == len(self.x):
+            return self
         parts = (self.given, self.x, self.converged, self.update, self.inverse, self.sizes)
         return Solved(self.stack, self.kinds, *(part[rows] for part in parts))
 
+    @cached_property
+    def shapes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Theta and Theta' at the nodes and at the plate, and the height u of the tip."""
+        return self.stack.shapes(self.x)
+
+    @cached_property
     def response(self) -> np.ndarray:
         """Derivatives of the scalars by the given numbers, shape (states, 4, closures)."""
         count = len(self.kinds)
-        return -self.inverse[:, TAIL, -count:] * self._by_given()[:, None, :]
+        return -self.inverse[:, TAIL, -count:] * self._by_given[:, None, :]
 
+    @cached_property
     def _by_given(self) -> np.ndarray:
         """Derivative of each closure by its number, shape (states, closures)."""
         rates = [
@@ -108,7 +119,7 @@ class Solved:
     def _rounding(self, read: Callable[[Scalars], Any], slope: np.ndarray, own: np.ndarray) -> np.ndarray:
         """What rounding of the terms, of the given numbers and of the number itself does to it."""
         count = len(self.kinds)
-        by_given = np.abs(own[:, -count:] * self._by_given())
+        by_given = np.abs(own[:, -count:] * self._by_given)
         # p/T0 enters as 1 - p/T0 and lambda as pi^4 + lambda: their rounding is that of the larger.
         least = {"pressure": 1.0, "lam": PI4}
         sizes = np.maximum(np.abs(self.given), [least.get(kind, 0.0) for kind in self.kinds])
@@ -118,7 +129,7 @@ class Solved:
 
     def certificates(self, law: CohesiveLaw) -> np.ndarray:
         """What `residual.certificate` says of each state, shape (states,)."""
-        Theta, _, height = self.stack.shapes(self.x)
+        Theta, _, height = self.shapes
         s = self.scalars
         defect = np.abs(s.alpha1 / s.beta0 + mean_drops(law, height))
         return np.maximum(defect, np.abs(s.A * Theta[:, -1]))

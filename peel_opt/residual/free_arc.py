@@ -10,7 +10,8 @@ one curve for all rods and pressures, turned by the tip angle.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,12 +20,12 @@ from numpy.polynomial import chebyshev
 from ..base.quadrature import Grid
 from ..model.equations import Scalars
 
-#: Longest arc, in (k/p)^(1/3): it has turned by 2.8, which no unfolded state does.
-LONGEST = 2.8
+#: Longest arc, in (k/p)^(1/3): it has turned by 2.4, which no unfolded state does.
+LONGEST = 2.6
 
 #: Chebyshev nodes of the curve, Gauss nodes of its integrals, and successive approximations until it has
 #: settled to rounding.
-NODES, GAUSS, ROUNDS = 30, 60, 60
+NODES, GAUSS, ROUNDS = 24, 60, 60
 
 
 class FreeCurve(NamedTuple):
@@ -60,65 +61,73 @@ def _curve() -> np.ndarray:
 def curve(c: np.ndarray) -> FreeCurve:
     """The curve at distances 0 <= c <= LONGEST from the tip; not a number beyond."""
     cube = np.where(np.abs(c) <= LONGEST, c * c * c, np.nan)
-    F, G, H = chebyshev.chebval(2.0 * cube / LONGEST**3 - 1.0, _curve())
+    basis = np.ascontiguousarray(chebyshev.chebvander(2.0 * cube / LONGEST**3 - 1.0, NODES - 1))
+    F, G, H = np.moveaxis((basis[..., None, :] @ _curve())[..., 0, :], -1, 0)
     return FreeCurve(cube * F, c * G, c * cube * H)
 
 
-class End(NamedTuple):
-    """Where a free arc ends: Theta, K, rise above the tip and n_y, shape (states, 4); and their rates.
+@dataclass(frozen=True, eq=False)
+class FreeArc:
+    """The free arcs of some states, each a share of its rod.
 
-    The rates, shape (states, 4, 5), are by the share ``l`` of the length that is free and by the scalars.
+    Parameters
+    ----------
+    share : ndarray, shape (states,)
+        Of the detached length.
+    scalars : Scalars
+        Arrays of that shape.
     """
 
-    values: np.ndarray
-    rates: np.ndarray
+    share: np.ndarray
+    scalars: Scalars
 
+    @cached_property
+    def _stretch(self) -> np.ndarray:
+        """Detached length in (k/p)^(1/3)."""
+        stretch: np.ndarray = np.cbrt(self.scalars.alpha)
+        return stretch
 
-def end_of(share: np.ndarray, s: Scalars) -> np.ndarray:
-    """Theta, K, rise above the tip and n_y at the end of the free arc, shape (states, 4)."""
-    return _end(share, s)[0]
+    @cached_property
+    def _end(self) -> FreeCurve:
+        return curve(self.share * self._stretch)
 
+    @cached_property
+    def end(self) -> np.ndarray:
+        """Theta, K, rise above the tip and n_y where the arc ends, shape (states, 4)."""
+        A, q, (phi, X, Y) = self.scalars.A, self._stretch, self._end
+        sine, cosine = np.sin(A), np.cos(A)
+        values = [
+            phi / A - 1.0,
+            q * (0.5 * (X * X + Y * Y)) / A,
+            (cosine * Y - sine * X) / (q * A),
+            q * q * (cosine * X + sine * Y) / A,
+        ]
+        return np.stack(values, axis=1)
 
-def end_with_rates(share: np.ndarray, s: Scalars) -> End:
-    """The same with its gradient."""
-    values, q, c = _end(share, s)
-    phi, X, Y = curve(c)
-    Theta, K, rise, ny = values.T
-    A, zero = s.A, np.zeros_like(s.A)
-    sine, cosine = np.sin(phi - A), np.cos(phi - A)
-    along = X * np.cos(phi) + Y * np.sin(phi)  # derivative of half the square of the chord
-    by_c = np.stack([A * K / q, q * along, sine / q, q * q * cosine], axis=1) / A[:, None]
-    by_q = np.stack([zero, K / q, -rise / q, 2.0 * ny / q], axis=1)
-    by_A = np.stack([-(Theta + 1.0), -K, -ny / q**3 * A - rise, q**3 * A * rise - ny], axis=1) / A[:, None]
-    # c = l q with q^3 = alpha = sigma^3 + m A.
-    by_alpha = (by_q + share[:, None] * by_c) * (q / (3.0 * s.alpha))[:, None]
-    rates = [
-        by_c * q[:, None],
-        by_A + by_alpha * s.m[:, None],
-        by_alpha * A[:, None],
-        by_alpha * (3.0 * s.sigma**2)[:, None],
-        np.zeros_like(by_A),
-    ]
-    return End(values, np.stack(rates, axis=2))
+    def rates(self) -> np.ndarray:
+        """Gradient of `end` by the share and by the scalars, shape (states, 4, 5)."""
+        s, q, (phi, X, Y) = self.scalars, self._stretch, self._end
+        Theta, K, rise, ny = self.end.T
+        A, zero = s.A, np.zeros_like(s.A)
+        sine, cosine = np.sin(phi - A), np.cos(phi - A)
+        along = X * np.cos(phi) + Y * np.sin(phi)  # derivative of half the square of the chord
+        by_c = np.stack([A * K / q, q * along, sine / q, q * q * cosine], axis=1) / A[:, None]
+        by_q = np.stack([zero, K / q, -rise / q, 2.0 * ny / q], axis=1)
+        by_A = [-(Theta + 1.0), -K, -ny / q**3 * A - rise, q**3 * A * rise - ny]
+        # c = share q, with q^3 = alpha = sigma^3 + m A.
+        by_alpha = (by_q + self.share[:, None] * by_c) * (q / (3.0 * s.alpha))[:, None]
+        rates = [
+            by_c * q[:, None],
+            np.stack(by_A, axis=1) / A[:, None] + by_alpha * s.m[:, None],
+            by_alpha * A[:, None],
+            by_alpha * (3.0 * s.sigma**2)[:, None],
+            np.zeros_like(by_c),
+        ]
+        return np.stack(rates, axis=2)
 
-
-def _end(share: np.ndarray, s: Scalars) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values at the end, q = alpha^(1/3) and the length of the arc in (k/p)^(1/3)."""
-    A, q = s.A, np.cbrt(s.alpha)
-    c = share * q
-    phi, X, Y = curve(c)
-    sine, cosine = np.sin(A), np.cos(A)
-    values = [
-        phi / A - 1.0,
-        q * (0.5 * (X * X + Y * Y)) / A,
-        (cosine * Y - sine * X) / (q * A),
-        q * q * (cosine * X + sine * Y) / A,
-    ]
-    return np.stack(values, axis=1), q, c
-
-
-def bend_along(share: np.ndarray, s: Scalars, zeta: np.ndarray) -> np.ndarray:
-    """Theta'' at local coordinates of the free arc, shape (states, len(zeta))."""
-    q = np.cbrt(s.alpha)
-    phi, X, Y = curve((share * q)[:, None] * zeta)
-    return (q * q / s.A)[:, None] * (X * np.cos(phi) + Y * np.sin(phi))
+    def bend(self, zeta: np.ndarray) -> np.ndarray:
+        """Theta'' at local coordinates of the arc, shape (states, len(zeta))."""
+        q = self._stretch[:, None]
+        phi, X, Y = curve((self.share[:, None] * q) * zeta)
+        bend: np.ndarray = q * q / self.scalars.A[:, None] * (X * np.cos(phi) + Y * np.sin(phi))
+        return bend

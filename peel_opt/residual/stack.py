@@ -24,9 +24,9 @@ import numpy as np
 
 from ..model.bond import Affine, Piece
 from ..model.equations import SCALARS, Scalars, identity
-from . import free_arc
 from .closures import EQUATIONS
 from .discretisation import Phases, shared_kink
+from .free_arc import FreeArc
 from .linear import IMAGINARY
 from .spectral import Spectral
 
@@ -42,12 +42,11 @@ class _Fields:
     """What residual and Jacobian share; along the first axis the states, along the second the nodes.
 
     ``sine``, ``cosine`` are those of A Theta; ``slope`` is sin(A Theta)/A and ``versine`` (1 - cos)/A.
-    K, Theta and rise go on at the plate.  ``begin`` has Theta, K, rise above the tip and n_y where the
-    nodes begin.
+    K, Theta and rise go on at the plate.
     """
 
+    arc: FreeArc | None
     h: np.ndarray
-    begin: np.ndarray
     K: np.ndarray
     Theta: np.ndarray
     sine: np.ndarray
@@ -113,8 +112,7 @@ class Stack:
         """Unknowns of the same states as ``settings.discretise(phases)`` has them."""
         if not self.free:
             return x
-        bend = free_arc.bend_along(self.shares(x), self.scalars(x), self.zeta)
-        return np.concatenate([bend, x], axis=1)
+        return np.concatenate([FreeArc(self.shares(x), self.scalars(x)).bend(self.zeta), x], axis=1)
 
     @cached_property
     def finer(self) -> Stack:
@@ -153,22 +151,17 @@ class Stack:
         s = self.scalars(x)
         bend = f.ny * f.cosine + s.alpha[:, None] * f.rise[:, : self.nodes] * f.sine
         rows = [f.K[:, -1], identity(f.Y_tip, s, self.phases[0])]
-        if self.free:
-            rows.append(self._switch(f, s) - self._kink)
+        if f.arc is not None:  # u = y/y0 where it ends
+            rows.append(s.height(f.Y_tip + f.arc.end[:, 2]) - self._kink)
         rows += [equation(s) for equation in closing]
         return np.concatenate([x[:, : self.nodes] - bend, np.stack(rows, axis=1)], axis=1)
-
-    def _switch(self, f: _Fields, s: Scalars) -> np.ndarray:
-        """u = y/y0 where the free arc ends."""
-        return s.height(f.Y_tip + f.begin[:, 2])
 
     def _fields(self, x: np.ndarray) -> _Fields:
         n, s = self.nodes, self.scalars(x)
         A, alpha = s.A[:, None], s.alpha[:, None]
         h = 1.0 - self.shares(x)[:, None]
-        tip = np.tile([-1.0, 0.0, 0.0, 0.0], (len(x), 1))
-        begin = free_arc.end_of(self.shares(x), s) if self.free else tip
-        Theta0, K0, rise0, ny0 = begin.T[:, :, None]
+        arc = FreeArc(self.shares(x), s) if self.free else None
+        Theta0, K0, rise0, ny0 = (-1.0, 0.0, 0.0, 0.0) if arc is None else arc.end.T[:, :, None]
         K = K0 + _applied(self._matrix, h * x[:, :n])
         Theta = Theta0 + _applied(self._matrix, h * K[:, :n])
         angle = A * Theta[:, :n]
@@ -183,7 +176,7 @@ class Stack:
         load = s.m[:, None] - alpha * versine
         load += (self._softening * s.beta1)[:, None] * (rise[:, :n] - rise[:, -1:])
         ny = ny0 + _applied(self._matrix[:n], h * load)
-        return _Fields(h, begin, K, Theta, sine, cosine, slope, versine, rise, load, ny)
+        return _Fields(arc, h, K, Theta, sine, cosine, slope, versine, rise, load, ny)
 
     def _rate(
         self, f: _Fields, values: np.ndarray, change: np.ndarray, begin: np.ndarray | None
@@ -201,8 +194,8 @@ class Stack:
         """Write the gradient of the residual into ``out``, shape (states, size - 2, size)."""
         n, shape, s = self.nodes, self.shape, self.scalars(x)
         begin: Sequence[np.ndarray | None] = (None,) * 4
-        if self.free:
-            begin = tuple(np.moveaxis(free_arc.end_with_rates(self.shares(x), s).rates, 1, 0))
+        if f.arc is not None:
+            begin = tuple(np.moveaxis(f.arc.rates(), 1, 0))
         A, m, alpha = (v[:, None] for v in (s.A, s.m, s.alpha))
         Theta, rise = f.Theta[:, :n], f.rise[:, :n]
         if self.free:
@@ -244,8 +237,8 @@ class Stack:
         out[:, n] = dK[:, -1]
         out[:, n + 1] = -_by_height(s, f.Y_tip, self.phases[0])[:, None] * drise[:, -1]
         out[:, n + 1, TAIL] += gradient(lambda s: identity(f.Y_tip, s, self.phases[0]), x)
-        if self.free:
-            Y = f.Y_tip + f.begin[:, 2]
+        if f.arc is not None:
+            Y = f.Y_tip + f.arc.end[:, 2]
             out[:, n + 2] = -s.height(1.0)[:, None] * drise[:, -1]
             assert begin[2] is not None
             out[:, n + 2, n:] += s.height(1.0)[:, None] * begin[2]

@@ -11,6 +11,7 @@ import peel_opt as po
 from peel_opt.continuation import seeding, seeds
 from peel_opt.model.bond import COHESIVE
 from peel_opt.residual.batch import solve
+from peel_opt.residual.meshes import PATH
 from peel_opt.residual.stack import stack_of
 
 CONTENT = files("peel_opt.continuation").joinpath(seeds.FILE)
@@ -36,7 +37,7 @@ def test_a_rod_made_anew_is_the_one_in_the_file(name, rod):
     ratio = seeding.ratio_at(name, place)
     assert seeds.place_of(np.array([ratio]), seeds.CHARTS[name][1])[0] == pytest.approx(place)
     kept = seeds.charts()[name].rods(np.full(len(shares), ratio)).starts(shares)
-    stack = stack_of(seeds.MESH, seeds.CHARTS[name][0])
+    stack = stack_of(PATH, seeds.CHARTS[name][0])
     # What is left is single precision.
     assert seeds.packed(stack, kept) == pytest.approx(anew, abs=3e-5)
 
@@ -81,7 +82,7 @@ def test_wrong_seeds_cost_time_and_change_no_answer(monkeypatch, wrong):
     size = 1e-3 if wrong == "a little" else 1.0
     noise = {name: 1.0 + size * rng.normal(size=c.coefficients.shape) for name, c in known.items()}
     bad = {name: replace(c, coefficients=c.coefficients * noise[name]) for name, c in known.items()}
-    monkeypatch.setattr(import_module("peel_opt.equilibria.batches"), "charts", lambda: bad)
+    monkeypatch.setattr(import_module("peel_opt.equilibria.unfolded"), "charts", lambda: bad)
     still = po.answers(ratio=ratio, pressure_ratio=P)
     assert still.certified.all()
     assert still.states.tolist() == right.states.tolist()

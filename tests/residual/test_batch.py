@@ -60,7 +60,7 @@ def test_rounding_and_condition_are_those_of_a_single_answer():
         closures = tuple(Closure(kind, value) for kind, value in zip(KINDS, given[i], strict=True))
         single = correct(problem, found.x[i], closures)
         own = response(Linearised.at(problem, single.x, *closures), single.update, read)
-        assert abs(found.response()[i, 2, 1]) == pytest.approx(own.condition, rel=1e-4)
+        assert abs(found.response[i, 2, 1]) == pytest.approx(own.condition, rel=1e-4)
         assert found.errors(read)[i] >= 0.5 * own.rounding
 
 

@@ -105,7 +105,7 @@ def test_the_end_of_the_free_arc_is_where_the_nodes_begin():
     found = solved("beyond", range(4))
     share, s = found.stack.shares(found.x), found.scalars
     assert isinstance(s, Scalars)
-    Theta = free_arc.end_of(share, s)[:, 0]
+    Theta = free_arc.FreeArc(share, s).end[:, 0]
     profiles = [Spectral(16).discretise((FREE, WITHIN)).profile(x) for x in found.stack.spread(found.x)]
     assert Theta == pytest.approx([p.values[0, -1, 0] for p in profiles], abs=1e-9)
 

@@ -85,19 +85,35 @@ def whole() -> Iterator[po.Sweep]:
 # --- what is computed ---------------------------------------------------------------------
 
 
-def test_every_point_is_the_single_call_bit_for_bit(whole: po.Sweep) -> None:
+def agrees(found: float, eq: po.Equilibrium, error: float, unit: float = 1.0) -> bool:
+    """Whether an answer is that of the single call, within the errors of both."""
+    return abs(found / unit - eq.answer) <= error + eq.error
+
+
+def test_every_point_is_the_single_call_within_the_errors_of_both(whole: po.Sweep) -> None:
     assert whole.shape == (6, 7)
     for i, r in enumerate(GRID["ratio"]):
         for j, P in enumerate(GRID["pressure_ratio"]):
             eq = po.length_given_pressure(po.Rod.from_ratio(r), P, throw=False)
             assert whole["status"][i, j] == eq.status
             if eq.certified:
-                got = [
-                    whole[n][i, j] for n in ("length_ratio", "alpha1", "error", "certificate", "condition")
-                ]
-                expected = [eq.length_ratio, eq.alpha1, eq.error, eq.certificate, eq.stats.condition]
-                assert [v.hex() for v in got] == [float(v).hex() for v in expected]
-                assert whole["state"][i, j] == eq.state
+                assert agrees(whole["length_ratio"][i, j], eq, whole["error"][i, j])
+                assert max(whole["error"][i, j], whole["certificate"][i, j]) <= 1e-8
+                for name in ("pressure_ratio", "beta0", "beta1", "lam", "alpha1", "pressure", "length"):
+                    assert whole[name][i, j] == pytest.approx(getattr(eq, name), rel=1e-6, abs=1e-6)
+                assert whole["condition"][i, j] == pytest.approx(eq.stats.condition, rel=0.02)
+                assert [whole[n][i, j] for n in ("state", "law")] == [eq.state, eq.law]
+                assert whole["flags"][i, j] == ", ".join(eq.flags)
+
+
+def test_points_asked_with_a_method_are_the_single_call_bit_for_bit() -> None:
+    found = po.sweep({"ratio": [0.5, 1.0], "pressure_ratio": [0.6, 0.8]}, method="spectral")
+    for i, r in enumerate((0.5, 1.0)):
+        for j, P in enumerate((0.6, 0.8)):
+            eq = po.length_given_pressure(po.Rod.from_ratio(r), P, method="spectral")
+            got = [found[n][i, j] for n in ("length_ratio", "alpha1", "error", "certificate", "condition")]
+            expected = [eq.length_ratio, eq.alpha1, eq.error, eq.certificate, eq.stats.condition]
+            assert [v.hex() for v in got] == [float(v).hex() for v in expected]
 
 
 def test_failures_are_rows_with_their_reason(whole: po.Sweep) -> None:
@@ -114,13 +130,17 @@ def test_si_numbers_groups_and_lists() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
     pressures = [50e3, 60e3]
     found = po.sweep({"adhesion_range": [0.7e-3, 0.73e-3], "pressure": pressures}, rod=rod)
-    assert found["length"][1, 1] == po.length_given_pressure(rod, 60e3).length
+    single = po.length_given_pressure(rod, 60e3)
+    assert agrees(found["length"][1, 1], single, found["error"][1, 1], rod.eta)
+    assert found["pressure"][1, 1] == 60e3
     assert found.unit("length") == "m"
     assert found["pressure_ratio"][0] == pytest.approx(np.array(pressures) / 140e3, rel=1e-12)
     columns = {"ratio": [0.5, 1.0, 2.0], "length_ratio": [3.5, 3.2, 1.0]}
     listed = po.sweep(columns, zipped=True)
     assert listed.shape == (3,)
-    assert listed["pressure_ratio"][1] == po.pressure_given_length(po.Rod.from_ratio(1.0), 3.2).pressure_ratio
+    single = po.pressure_given_length(po.Rod.from_ratio(1.0), 3.2)
+    assert agrees(listed["pressure_ratio"][1], single, listed["error"][1])
+    assert listed["length"][:2].tolist() == [3.5, 3.2]
     assert listed["status"][2] == "no-equilibrium"
     groups = po.sweep({"beta0": 4.0, "lam": [-1.0, 1.0]})
     assert groups["alpha1"][1] == pytest.approx(-4.4354069891, abs=1e-9)
@@ -134,7 +154,8 @@ def test_numbers_of_a_rod_known_by_its_ratio_are_in_its_own_units() -> None:
     found = po.sweep({"bending_stiffness": [1.0, 2.0], "pressure": 0.8}, rod=rod)
     units = [found.unit(name) for name in ("bending_stiffness", "pressure", "length")]
     assert units == ["T0 eta^3", "T0", "eta"]
-    assert found["length"][1] == po.length_given_pressure(po.Rod(2.0, 1.0, 1.0), 0.8).length
+    single = po.Rod(2.0, 1.0, 1.0)
+    assert agrees(found["length"][1], po.length_given_pressure(single, 0.8), found["error"][1], single.eta)
     material = {"bending_stiffness": [2.3e-5], "adhesion_strength": 140e3, "adhesion_range": 0.73e-3}
     assert po.sweep(material | {"pressure": 1e5}, rod=rod).unit("length") == "m"
 
@@ -144,7 +165,8 @@ def test_given_ratio_of_an_si_rod_keeps_its_terms() -> None:
     found = po.sweep({"pressure_ratio": [0.1, 0.5]}, rod=rod)
     assert found["nearest"][0] == pytest.approx(po.readhesion_pressure(rod).pressure_ratio, rel=1e-6)
     assert found.asked == "length_ratio"
-    assert found["length"][1] == po.length_given_pressure(rod, rod.pressure(0.5)).length
+    single = po.length_given_pressure(rod, rod.pressure(0.5))
+    assert agrees(found["length"][1], single, found["error"][1], rod.eta)
 
 
 @pytest.mark.parametrize(
@@ -191,10 +213,21 @@ def test_a_point_that_trips_the_programme_costs_no_other(monkeypatch: pytest.Mon
         return po.length_given_pressure(rod, value, **options)
 
     monkeypatch.setattr(sweep_answers, "ask_rod", trips)
-    found = po.sweep({"ratio": 1.0, "pressure_ratio": [0.5, 0.6, 0.7]})
+    found = po.sweep({"ratio": 1.0, "pressure_ratio": [0.5, 0.6, 0.7]}, method="spectral")
     assert found["status"].tolist() == ["certified", "crashed", "certified"]
     assert found["message"][1] == "ZeroDivisionError: an accident"
     assert math.isnan(found["length_ratio"][1])
+
+
+def test_what_trips_all_together_is_asked_point_by_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    from peel_opt.studies.sweep import answers as sweep_answers
+
+    def trips(*_: Any) -> None:
+        raise ZeroDivisionError("an accident")
+
+    monkeypatch.setattr(sweep_answers, "answered_together", trips)
+    found = po.sweep({"ratio": 1.0, "pressure_ratio": [0.5, 0.6]})
+    assert found["status"].tolist() == ["certified", "certified"]
 
 
 # --- the same bits ------------------------------------------------------------------------
@@ -632,7 +665,7 @@ def test_two_sweeps_do_not_share_a_journal(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, MemoryError])
 def test_what_stops_in_the_middle_of_a_point_leaves_no_trace_of_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: po.Sweep, stop: type[BaseException]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stop: type[BaseException]
 ) -> None:
     from peel_opt.studies.sweep import answers as sweep_answers
 
@@ -645,9 +678,11 @@ def test_what_stops_in_the_middle_of_a_point_leaves_no_trace_of_it(
 
     monkeypatch.setattr(sweep_answers, "ask", stopped)
     with pytest.raises(stop):
-        po.sweep(GRID, workers=1, journal=journal)
+        po.sweep(GRID, workers=1, journal=journal, method="spectral")
     assert journal.read_bytes().count(b"\n") == 1 + 2  # the chunks of 7 points before
-    assert same(whole, po.sweep(GRID, workers=1, journal=journal))
+    monkeypatch.setattr(sweep_answers, "ask", ask)
+    whole = po.sweep(GRID, workers=1, method="spectral")
+    assert same(whole, po.sweep(GRID, workers=1, journal=journal, method="spectral"))
 
 
 # --- processes and signals ----------------------------------------------------------------

@@ -66,7 +66,8 @@ def test_every_sample_is_the_single_call(smooth: po.Uncertainty) -> None:
     assert found.values.shape == (128,)
     for i in (0, 50, 127):
         rod = po.Rod(**{name: float(values[i]) for name, values in smooth.samples.items()})
-        assert found.values[i] == po.length_given_pressure(rod, 105e3).length
+        single = po.length_given_pressure(rod, 105e3)
+        assert abs(found.values[i] - single.length) <= found.error + rod.eta * single.error
         offsets = [found.derivatives[n] * (smooth.samples[n][i] - getattr(ROD, n)) for n in SPREAD]
         assert found.linear_values[i] == pytest.approx(found.nominal + sum(offsets), rel=1e-14)
 

@@ -28,6 +28,7 @@ from ...equilibria.result import Equilibrium
 from ...model.groups import PI4
 from ...model.rod import MATERIAL, Rod
 from .plan import GIVEN, Task, given_among
+from .together import answered_together
 
 #: Numbers kept of every point; all are attributes of an equilibrium but the last two.
 NUMBERS = (
@@ -38,6 +39,9 @@ TEXTS = ("status", "state", "law", "flags", "message")
 
 #: Status of a point at which the programme itself failed, not the question.
 CRASHED = "crashed"
+
+#: Numbers and texts of a point.
+Row = tuple[list[float], tuple[str, ...]]
 
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -65,15 +69,33 @@ class ChunkAnswers:
 
 
 def answer_chunk(task: Task) -> ChunkAnswers:
-    """Answer all points of a chunk; failures are rows too."""
+    """Answer all points of a chunk, together as far as that goes; failures are rows too."""
     with _ONE_AT_A_TIME, one_thread:
         forget_branches()
-        rows = [_answered(task, row) for row in task.values.tolist()]
+        try:
+            together = _together(task)
+        except MemoryError:
+            raise  # the machine's, at this moment: nothing to keep in a journal
+        except Exception:
+            together = [None] * len(task.values)  # each may yet be answered for itself
+        rows = [
+            done or _answered(task, row) for done, row in zip(together, task.values.tolist(), strict=True)
+        ]
         computed_by = arithmetic()
     numbers = np.array([row[0] for row in rows], dtype=np.float64)
     # One NaN for all: the sign of the one a processor makes would not survive the journal.
     numbers[np.isnan(numbers)] = math.nan
     return ChunkAnswers(task.number, computed_by, numbers, [row[1] for row in rows])
+
+
+def _together(task: Task) -> list[Row | None]:
+    """Return the rows of the points that are answered together, None for the others."""
+    if task.options.method != "auto" or not len(task.values):
+        return [None] * len(task.values)
+    found = answered_together(task, NUMBERS, TEXTS)
+    numbers = np.stack([found[name] for name in NUMBERS], axis=1).tolist()
+    texts = zip(*(found[name].tolist() for name in TEXTS), strict=True)
+    return [(row, words) if words[0] else None for row, words in zip(numbers, texts, strict=True)]
 
 
 def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> Equilibrium:
@@ -112,7 +134,7 @@ def _rod(point: dict[str, float], base: Rod | None) -> Rod:
     return Rod(*(point[name] if name in point else getattr(base, name) for name in MATERIAL))
 
 
-def _answered(task: Task, row: list[float]) -> tuple[list[float], tuple[str, ...]]:
+def _answered(task: Task, row: list[float]) -> Row:
     try:
         eq = ask(dict(zip(task.names, row, strict=True)), task.rod, task.options.keywords())
     except PeelOptError as error:
@@ -127,7 +149,7 @@ def _answered(task: Task, row: list[float]) -> tuple[list[float], tuple[str, ...
     return [*numbers, float(eq.stats.condition), math.nan], texts
 
 
-def _failure(status: str, message: str, nearest: float = math.nan) -> tuple[list[float], tuple[str, ...]]:
+def _failure(status: str, message: str, nearest: float = math.nan) -> Row:
     return [*[math.nan] * (len(NUMBERS) - 1), nearest], (status, "", "", "", " ".join(message.split()))
 
 
@@ -150,6 +172,8 @@ def arithmetic() -> str:
         dgetrf(matrix)[0],
         casadi.sin(casadi.DM(vector)).full(),
         np.array([math.cbrt(v) * math.exp(v) for v in vector]),
+        np.linalg.inv(matrix[:21, :21] + np.eye(21)),
+        np.cbrt(np.exp(vector)) * np.log(2.0 + vector),
     )
     digest = hashlib.sha256()
     for name in (__version__, np.__version__, scipy.__version__, casadi.__version__):
