@@ -230,7 +230,7 @@ def test_sliders_clicks_and_the_sweep(browser: Any, server_url: str) -> None:
     click.w3c_actions.pointer_action.click()
     click.perform()
     wait(lambda: dot(browser, "diagram")[1] > 2.0)
-    wait(lambda: "α₁ > 0: spurious" in text(browser, "notes"))
+    wait(lambda: "spurious branch" in text(browser, "notes"))
 
     # The sweep plays, and stops when asked.
     press(browser, "play")
