@@ -70,6 +70,7 @@ FLAGS = {
     "overhang": "the rod is folded back over itself (|theta| > 90°)",
     "tip on plate": "the tip is held down to the plate",
     "self-contact": "the rod crosses itself: contact is not modelled",
+    "edge pulled": "the wall would have to pull at the detachment point",
 }
 
 #: Flags that make a state unphysical under the law it was computed with.

@@ -133,6 +133,11 @@ def require_rod(rod: object, limits: tuple[float, float] = FOLLOWED) -> Rod:
 
     Single answers, which are tested in a narrower range, pass that as ``limits``.
     """
+    if isinstance(getattr(rod, "rod", None), Rod):
+        raise InvalidInput(
+            "this call takes a rod, and not a scene: what it reads is known for the paper's scene only.",
+            remedy="Ask for states of a scene with solve; what its rod alone does, with scene.rod.",
+        )
     if not isinstance(rod, Rod):
         raise InvalidInput(
             f"rod must be a Rod, got {rod!r:.60}.",

@@ -31,6 +31,7 @@ import scipy.sparse as sp
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
 from ..model.equations import FIELDS, SCALARS, Scalars, identity, symbolic
+from ..model.stretch import shared_kink
 from .compiled import Compiled, Pattern, is_dense
 from .kept import keep
 
@@ -88,7 +89,7 @@ class Profile:
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
         edges[-1] = 1.0
         owner = np.clip(np.searchsorted(edges, xi, side="right") - 1, 0, len(self.lengths) - 1)
-        out = np.empty((len(xi), len(FIELDS)))
+        out = np.empty((len(xi), self.values.shape[2]))
         for phase in np.unique(owner):
             mine = owner == phase
             out[mine] = self.in_phase(phase, (xi[mine] - edges[phase]) / (edges[phase + 1] - edges[phase]))
@@ -97,6 +98,10 @@ class Profile:
     def heights(self) -> np.ndarray:
         """u = y/y0 on the points of each phase, shape (phases, PROFILE_POINTS)."""
         return self.scalars.height(self.values[:, :, 4])
+
+    def heights_at(self, xi: np.ndarray) -> np.ndarray:
+        """u = y/y0 at coordinates 0 <= xi <= 1 from the tip."""
+        return self.scalars.height(self.at(xi)[:, 4])
 
     def coordinates(self) -> np.ndarray:
         """xi of the points of each phase, shape (phases, PROFILE_POINTS)."""
@@ -109,7 +114,7 @@ class Profile:
         edges = np.array([0.0, *breaks, 1.0])
         nodes, _ = chebyshev(PROFILE_POINTS)
         values = np.array([self.at(a + (b - a) * nodes) for a, b in pairwise(edges)])
-        return Profile(np.diff(edges), values, self.scalars)
+        return replace(self, lengths=np.diff(edges), values=values)
 
 
 def require_transcription(value: object) -> Transcription:
@@ -128,18 +133,19 @@ class Discretisation(ABC):
     #: The transcription, where a finer one of its kind may be wanted.
     settings: Transcription | None = None
 
-    def __init__(self, phases: Phases, field_count: int) -> None:
+    def __init__(self, phases: Phases, field_count: int, extra: int = 0) -> None:
         self.phases = phases
         self.field_count = field_count
-        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + len(SCALARS))
+        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + extra + len(SCALARS))
         self._samplers: dict[bytes, ca.Function] = {}
         #: Systems closed by questions, by the kinds of their closures.
         self.closed: dict[tuple[str, ...], Any] = {}
-        #: Where the fields, the lengths of all phases but the last, and the scalars stand among the
-        #: unknowns, and in whatever else has their shape.
+        #: Where the fields, the lengths of all phases but the last, further unknowns of a scene, and the
+        #: scalars stand among the unknowns, and in whatever else has their shape.
         self.fields = slice(0, field_count)
-        self.inner = slice(field_count, self.size - len(SCALARS))
-        self.tail = slice(self.size - len(SCALARS), self.size)
+        self.inner = slice(field_count, field_count + len(phases) - 1)
+        self.extra = slice(self.inner.stop, self.size - len(SCALARS))
+        self.tail = slice(self.extra.stop, self.size)
 
     @property
     def weight(self) -> int:
@@ -361,8 +367,3 @@ def switch_equations(phases: Phases, heights: Sequence[ca.MX]) -> list[ca.MX]:
     ``heights`` are u at the end of every phase but the last.
     """
     return [u - shared_kink(a, b) for u, a, b in zip(heights, phases[:-1], phases[1:], strict=True)]
-
-
-def shared_kink(a: Piece, b: Piece) -> float:
-    """The kink where two neighbouring pieces of a law meet."""
-    return a.start if a.start == b.stop else a.stop

@@ -31,8 +31,9 @@ from ..base.quadrature import Grid
 from ..base.threads import one_thread
 from ..model.bond import Piece
 from ..model.equations import Scalars
+from ..model.stretch import shared_kink
 from .closures import Closure
-from .discretisation import Discretisation, shared_kink
+from .discretisation import Discretisation
 from .meshes import MOTIONS
 from .newton import correct
 from .spectral import Spectral

@@ -1,0 +1,48 @@
+"""What a number of a scene measures: powers of T0 and eta, and its SI unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .rod import Rod
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A number is its size over T0^strength eta^length times that unit.
+
+    Parameters
+    ----------
+    strength, length : int
+        Powers of T0 and of eta.
+    unit : str
+        The SI unit, empty for a pure number.
+    """
+
+    strength: int
+    length: int
+    unit: str
+
+    def size(self, rod: Rod) -> float:
+        """Return T0^strength eta^length of a rod, in its own units."""
+        return float(rod.adhesion_strength**self.strength * rod.eta**self.length)
+
+    def unit_of(self, rod: Rod) -> str:
+        """Return the name of the unit that a rod's numbers of this kind are in."""
+        if not rod.dimensionless:
+            return self.unit
+        powers = (("T0", self.strength), ("eta", self.length))
+        return " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers if n)
+
+
+NUMBER = Dimension(0, 0, "")
+ANGLE = Dimension(0, 0, "rad")
+LENGTH = Dimension(0, 1, "m")
+CURVATURE = Dimension(0, -1, "1/m")
+TRACTION = Dimension(1, 0, "Pa")
+FORCE = Dimension(1, 1, "N/m")
+ENERGY = Dimension(1, 1, "J/m^2")
+MOMENT = Dimension(1, 2, "N")
+SPRING = Dimension(1, -1, "Pa/m")

@@ -1,0 +1,189 @@
+"""How a pressure is distributed over the rod: factors of its value at the tip, or of its scale.
+
+Three different scenes hide behind "the pressure falls along the rod": `linear` stretches with the
+detached length, `exponential` is fixed to the material, and a function of ``place.x`` to the plate.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from ..base.checks import finite, positive
+from ..base.errors import InvalidInput
+from .dimension import LENGTH, NUMBER, Dimension
+from .place import Numbers, Place
+
+
+class Profile(ABC):
+    """A factor of the pressure, with its parameters."""
+
+    parameters: ClassVar[dict[str, Dimension]] = {}
+
+    @property
+    def form(self) -> tuple[Hashable, ...]:
+        """What it shares with another that differs in its numbers alone."""
+        return type(self), tuple(self.parameters)
+
+    def numbers(self) -> dict[str, float]:
+        """Return its parameters as they were given."""
+        return {}
+
+    #: Whether the factor is 1 on a rod that lies flat: then the flat rod is an equilibrium at p = T0.
+    is_one_when_flat: ClassVar[bool] = False
+
+    @abstractmethod
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return p over p0."""
+
+
+@dataclass(frozen=True)
+class Linear(Profile):
+    """p = p0 (1 + c s/sbar): it stretches with the detached length."""
+
+    c: float
+    parameters: ClassVar[dict[str, Dimension]] = {"gradient": NUMBER}
+
+    def numbers(self) -> dict[str, float]:
+        """Return c."""
+        return {"gradient": self.c}
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return 1 + c s/sbar."""
+        return 1.0 + q["gradient"] * at.xi
+
+
+@dataclass(frozen=True)
+class Exponential(Profile):
+    """p = p0 exp(-s/l): it decays from the tip, in the material."""
+
+    length: float
+    parameters: ClassVar[dict[str, Dimension]] = {"decay": LENGTH}
+
+    def numbers(self) -> dict[str, float]:
+        """Return l."""
+        return {"decay": self.length}
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return exp(-s/l)."""
+        return ca.exp(-at.s / q["decay"])
+
+
+@dataclass(frozen=True)
+class Mixed(Profile):
+    """p = p0 (1 - c + c sin^2 theta)."""
+
+    c: float
+    parameters: ClassVar[dict[str, Dimension]] = {"mix": NUMBER}
+
+    def numbers(self) -> dict[str, float]:
+        """Return c."""
+        return {"mix": self.c}
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return 1 - c + c sin^2 theta."""
+        return 1.0 - q["mix"] * ca.cos(at.theta) ** 2
+
+
+@dataclass(frozen=True)
+class Jet(Profile):
+    """p = p0 cos^2 theta."""
+
+    is_one_when_flat: ClassVar[bool] = True
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return cos^2 theta."""
+        return ca.cos(at.theta) ** 2
+
+
+@dataclass(frozen=True)
+class Height(Profile):
+    """p = p0 (y/h)^2."""
+
+    height: float
+    parameters: ClassVar[dict[str, Dimension]] = {"layer": LENGTH}
+
+    def numbers(self) -> dict[str, float]:
+        """Return h."""
+        return {"layer": self.height}
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return (y/h)^2."""
+        return (at.y / q["layer"]) ** 2
+
+
+@dataclass(frozen=True)
+class Given(Profile):
+    """A function of a `Place` of the reader's own."""
+
+    function: Callable[[Place], Any]
+
+    @property
+    def form(self) -> tuple[Hashable, ...]:
+        """The function."""
+        return (self.function,)
+
+    def factor(self, at: Place, q: Numbers) -> Any:
+        """Return what the function says."""
+        return self.function(at)
+
+
+def linear(c: float) -> Profile:
+    """Return p = p0 (1 + c s/sbar), linear along the detached length, which it stretches with.
+
+    Parameters
+    ----------
+    c : float
+        Above -1; p0 is the pressure at the tip, p0 (1 + c) that at the detachment point.
+    """
+    c = finite("c", c)
+    if c <= -1.0:
+        raise InvalidInput(f"c must be above -1, or the load sucks, got {c:g}.")
+    return Linear(c)
+
+
+def exponential(length: float) -> Profile:
+    """Return p = p0 exp(-s/l): a pressure that dies out from the tip over a length [m] of the material."""
+    return Exponential(positive("length", length, "m"))
+
+
+def stream() -> Profile:
+    """Return p = p0 sin^2 theta, the normal part of a stream along the plate.
+
+    It vanishes on a rod that lies flat: only a flap that is lifted already feels it.
+    """
+    return Mixed(1.0)
+
+
+def mixed(c: float) -> Profile:
+    """Return p = p0 (1 - c + c sin^2 theta), between a uniform pressure (0) and a stream (1)."""
+    c = finite("c", c)
+    if not 0.0 <= c <= 1.0:
+        raise InvalidInput(f"c must lie between 0 and 1, got {c:g}.")
+    return Mixed(c)
+
+
+def jet() -> Profile:
+    """Return p = p0 cos^2 theta, a pressure that weakens as the rod turns out of it."""
+    return Jet()
+
+
+def height(h: float) -> Profile:
+    """Return p = p0 (y/h)^2, the dynamic pressure of a shear layer of height h [m]."""
+    return Height(positive("h", h, "m"))
+
+
+def as_profile(profile: object) -> Profile | None:
+    """Return a profile, one made of a function of a `Place`, or None."""
+    if profile is None or isinstance(profile, Profile):
+        return profile
+    if callable(profile):
+        return Given(profile)
+    raise InvalidInput(
+        f"profile must be one of peel_opt.profiles or a function of a place, got {profile!r:.60}.",
+        remedy="Try po.profiles.linear(0.1), or lambda place: 1 + 0.1 * place.xi.",
+    )

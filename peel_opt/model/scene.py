@@ -1,0 +1,288 @@
+"""A scene: the rod with its loads, wall, tip and bond, and nothing that was not named.
+
+All numbers of a scene are kept over their units of T0 and eta (`Dimension`), so that lengths are in
+eta, forces per width in T0 eta, energies per area in T0 eta; the equations below are written in them.
+With theta' = kappa_n + m, m' = N_y cos(theta) - N_x sin(theta) and N' = q,
+
+    q = (p e + tau t + q_x e_1 + q_y e_2) - tau_n nu - tau_t e_1.
+
+The front is where (theta' - kw)^2 / 2 = G0: neither natural curvature nor any load enters it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from ..base.checks import finite, listed, non_negative
+from ..base.errors import InvalidInput
+from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
+from .dimension import CURVATURE, ENERGY, LENGTH, Dimension
+from .loads import Force, Load, Pressure
+from .mixed_bonds import Bond, Opening
+from .place import Numbers, Place
+from .rod import Rod, require_rod
+from .stretch import past_of, shared_kink
+from .tips import FREE, Contact, TipLoad
+from .walls import PLATE, Flat, Wall
+
+#: Numbers of the scene itself, and what they measure.
+OWN = {"natural_curvature": CURVATURE, "unbonded": LENGTH, "line_energy": ENERGY}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A rod and what acts on it.  What is not named is not modelled; ``Scene(rod)`` is the paper's.
+
+    Parameters
+    ----------
+    rod : Rod
+        Its units are those of every number of the scene.
+    loads : sequence of Load, optional
+        `Pressure`, `Weight`, `SkinFriction`, `Drag`, at most one of a kind; `Pressure()` is always there.
+    wall : Wall
+        `Flat` or `Circle`.
+    tip : TipLoad or Contact
+    law : CohesiveLaw, Bond or str
+        Any `CohesiveLaw`, `EffectiveOpening` or `ShearSprings`.  "auto" is law (8).
+    natural_curvature : float
+        Curvature [1/m] of the rod without loads; on a flat wall, one that lifts the tip is positive.
+    unbonded : float
+        Length [m] from the tip that was never glued.
+    line_energy : float
+        Energy [J/m^2] of the front itself, as of a capillary strip.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not finite, two loads are of one kind, or the parts contradict each other.
+    """
+
+    rod: Rod
+    loads: Sequence[Load] = ()
+    wall: Wall = PLATE
+    tip: TipLoad | Contact = FREE
+    law: CohesiveLaw | Bond | str = "auto"
+    natural_curvature: float = 0.0
+    unbonded: float = 0.0
+    line_energy: float = 0.0
+    bond: Bond = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_rod(self.rod)
+        object.__setattr__(self, "loads", _checked_loads(self.loads))
+        for name, part, kind in (("wall", self.wall, Wall), ("tip", self.tip, TipLoad | Contact)):
+            if not isinstance(part, kind):
+                raise InvalidInput(f"{name} of a scene cannot be {part!r:.60}.")
+        object.__setattr__(self, "bond", _as_bond(self.law))
+        object.__setattr__(
+            self, "natural_curvature", finite("natural_curvature", self.natural_curvature, "1/m")
+        )
+        object.__setattr__(self, "unbonded", non_negative("unbonded", self.unbonded, "m"))
+        object.__setattr__(self, "line_energy", non_negative("line_energy", self.line_energy, "J/m^2"))
+        if self.bond.slips and not self.is_flat:
+            raise InvalidInput(
+                "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
+            )
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the wall is flat."""
+        return isinstance(self.wall, Flat)
+
+    @cached_property
+    def dimensions(self) -> dict[str, Dimension]:
+        """What its numbers measure, by name."""
+        own = {name: kind for name, kind in OWN.items() if getattr(self, name)}
+        for part in (*self.loads, self.wall, self.tip, self.bond):
+            own |= part.parameters if part is not FREE else {}
+        return own
+
+    @cached_property
+    def numbers(self) -> dict[str, float]:
+        """Its numbers over their units of T0 and eta, by name."""
+        given = {name: getattr(self, name) for name in OWN if getattr(self, name)}
+        for part in (*self.loads, self.wall, self.tip, self.bond):
+            given |= part.numbers() if part is not FREE else {}
+        return {name: value / self.dimensions[name].size(self.rod) for name, value in given.items()}
+
+    @cached_property
+    def form(self) -> tuple[Any, ...]:
+        """What two scenes share that differ in their numbers alone."""
+        parts = (*self.loads, self.wall, self.tip, self.bond)
+        return (*(part.form for part in parts), self.tip is FREE, tuple(self.dimensions))
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is the paper's scene, under a vertical law."""
+        plain = isinstance(self.bond, Opening) and self.tip is FREE and self.is_flat
+        return plain and not self.numbers and self.loads == (Pressure(),)
+
+    @property
+    def breaks(self) -> tuple[str, ...]:
+        """Names of the numbers that are material points, at which something ends or begins."""
+        ends = [name for load in self.loads for name in load.breaks()]
+        return (*(("unbonded",) if self.unbonded else ()), *ends)
+
+    @property
+    def keeps_flat(self) -> bool:
+        """Whether the attached rod is an equilibrium at some pressure at every length: T exists."""
+        loads = all(load.keeps_flat for load in self.loads) and not self.unbonded and not self.line_energy
+        tip = isinstance(self.tip, TipLoad) and self.tip.keeps_flat
+        return loads and tip and self.imposed_curvature == 0.0
+
+    @property
+    def imposed_curvature(self) -> float:
+        """Curvature of the tip of a rod that lies on the wall, less that of the wall, times eta."""
+        q = self.numbers
+        return float(self.tip_curvature(q) - self.wall.curvature_of(q))
+
+    def entered(self, share: float) -> dict[str, float]:
+        """Return its numbers on the way from the paper's scene (0) to this one (1).
+
+        What bends the wall, the rod or the bond grows with the share; the loads of this scene take over
+        from a uniform pressure (`load`), and a force or a moment on the tip grows.
+        """
+        growing = {*OWN, *self.wall.parameters, *self.bond.parameters, "force", "moment"}
+        own = {name: value * (share if name in growing else 1.0) for name, value in self.numbers.items()}
+        return own | {"entered": share}
+
+    # -- the equations, in units of T0 and eta
+
+    def load(self, at: Place, q: Numbers) -> Force:
+        """Return the sum of all loads; on the way into the scene, mixed with a uniform pressure."""
+        forces = [load.force(at, q) for load in self.loads]
+        whole = [sum(parts) for parts in zip(*forces, strict=True)]
+        plain = Force(normal=q["pressure"])
+        h = q.get("entered", 1.0)
+        return Force(*(a + h * (b - a) for a, b in zip(plain, whole, strict=True)))
+
+    def per_length(self, at: Place, piece: Piece, q: Numbers) -> tuple[Any, Any]:
+        """Return (N_x', N_y'): all loads, less what the bond holds on a piece of its law."""
+        f = self.load(at, q)
+        sine, cosine = ca.sin(at.theta), ca.cos(at.theta)
+        x = -f.normal * sine + f.tangential * cosine + f.x
+        y = f.normal * cosine + f.tangential * sine + f.y
+        if self.unbonded and "unbonded" not in at.past:
+            return x, y
+        gap, nx, ny = self.wall.gap(at, q)
+        r = q["ratio"]
+        lost, shear = self.bond.tractions(piece, gap * r, at.slip * r, q)
+        return x + (lost - 1.0) * nx - shear, y + (lost - 1.0) * ny
+
+    def opening(self, at: Place, q: Numbers) -> Any:
+        """Return what decides on the piece of the law: the gap over y0, for most bonds."""
+        r = q["ratio"]
+        return self.bond.opening(self.wall.gap(at, q)[0] * r, at.slip * r, q)
+
+    def tip_curvature(self, q: Numbers) -> Any:
+        """Return theta'(0) of a free tip: natural curvature less the moment."""
+        return q.get("natural_curvature", 0.0) - q.get("moment", 0.0)
+
+    def tip_start(self, A: Any, sbar: Any, q: Numbers) -> tuple[Any, Any]:
+        """Return theta' and theta at the tip over the amplitude A, both less those of the wall, along xi."""
+        return (self.tip_curvature(q) - self.wall.curvature_of(q)) * sbar / A, -1.0
+
+    def tip_force(self, at: Place, q: Numbers) -> tuple[Any, Any]:
+        """Return (N_x, N_y) at the tip."""
+        if self.tip is FREE:
+            return 0.0, 0.0
+        if isinstance(self.tip, TipLoad):
+            return self.tip.pull(q)
+        _, nx, ny = self.wall.gap(at, q)
+        return q["reaction"] * nx, q["reaction"] * ny
+
+    @property
+    def reactions(self) -> tuple[str, ...]:
+        """Names of the forces that are not given but follow from `tip_equations`."""
+        return ("reaction",) if isinstance(self.tip, Contact) else ()
+
+    def tip_equations(self, at: Place, q: Numbers) -> list[Any]:
+        """Return what vanishes at the tip beside the balances: the gap of one that rests on the wall."""
+        return [self.wall.gap(at, q)[0] / at.sbar] if isinstance(self.tip, Contact) else []
+
+    def switch(self, at: Place, q: Numbers, before: Piece, after: Piece) -> Any:
+        """Return what vanishes where one stretch of the rod ends and the next begins."""
+        if names := past_of(after) - past_of(before):
+            (name,) = names
+            return (at.s - q[name]) / at.sbar
+        return self.opening(at, q) - shared_kink(before, after)
+
+    def front_curvature(self, q: Numbers) -> Any:
+        """Return theta'(sbar), from (theta' - kw)^2 / 2 = G0."""
+        kw = self.wall.curvature_of(q)
+        return kw + ca.sqrt(2.0 * q["line_energy"]) if self.line_energy else kw
+
+    # -- what must hold beside the equations
+
+    @property
+    def has_identity(self) -> bool:
+        """Whether the first integrals say something about every state: on a flat wall always."""
+        radial = self.loads == (Pressure(),) and not self.numbers.get("force")
+        return isinstance(self.tip, TipLoad) and (self.is_flat or radial)
+
+    def work(self, at: Place, q: Numbers) -> Any:
+        """Return the density of what the loads put into the identity of a flat wall."""
+        return sum(load.work(at, q) for load in self.loads)
+
+    def identity(self, tip: Place, first: Place, work: float, q: Numbers) -> float:
+        """Return by how much the identity is missed, over T0 eta.
+
+        Parameters
+        ----------
+        tip, first : Place
+            The tip, and the place nearest to it that is bonded.
+        work : float
+            The integral of `work` along the detached length.
+        q : mapping
+            All numbers.
+        """
+        r, G0 = q["ratio"], q.get("line_energy", 0.0)
+        gap = self.wall.gap(first, q)[0]
+        separated = self.bond.potential(float(gap) * r, float(first.slip) * r, q) / r
+        kw = self.wall.curvature_of(q)
+        stored = 0.5 * (self.tip_curvature(q) - kw) ** 2
+        if not self.is_flat:
+            at_tip = self.wall.gap(tip, q)[0]
+            return float(q["pressure"] * (at_tip - 0.5 * kw * at_tip**2) + stored - separated - G0)
+        if isinstance(self.tip, TipLoad) and self.tip is not FREE:
+            work += self.tip.work(tip.theta, q)
+        return float(work + stored - separated - G0)
+
+
+def _as_bond(law: object) -> Bond:
+    if isinstance(law, str) and law in ("auto", "cohesive"):
+        return Opening(COHESIVE)
+    if isinstance(law, str) and law == "linear":
+        return Opening(LINEAR)
+    if isinstance(law, CohesiveLaw):
+        return Opening(law)
+    if isinstance(law, Bond):
+        return law
+    raise InvalidInput(
+        f"law of a scene must be a CohesiveLaw or a bond, got {law!r:.60}.",
+        remedy='Leave it out for law (8), or give "linear", a CohesiveLaw, EffectiveOpening or ShearSprings.',
+    )
+
+
+def _checked_loads(loads: object) -> tuple[Load, ...]:
+    given = listed("loads", loads)
+    for load in given:
+        if not isinstance(load, Load):
+            raise InvalidInput(
+                f"a load cannot be {load!r:.60}.",
+                remedy="Give Pressure, Weight, SkinFriction, Drag, or a Load of your own.",
+            )
+    kinds = [type(load) for load in given]
+    if twice := {kind.__name__ for kind in kinds if kinds.count(kind) > 1}:
+        raise InvalidInput(
+            f"a scene has one load of a kind, got several {', '.join(sorted(twice))}.",
+            remedy="Add them up, or give the sum as a profile.",
+        )
+    if Pressure not in kinds:
+        given.insert(0, Pressure())
+    return tuple(given)
