@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -100,6 +100,10 @@ class Point:
     def profile(self) -> Profile:
         """The fields, sampled."""
         return self.problem.profile(self.x)
+
+    def turned(self, arclength: float) -> Point:
+        """Return the same solution on a walk in the other direction."""
+        return replace(self, tangent=-self.tangent, orientation=-self.orientation, arclength=arclength)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import threading
 from bisect import insort
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import islice, pairwise
 
@@ -237,7 +237,7 @@ class PrimaryBranch:
                         remedy="Ask for a state further from p = T0.",
                     )
                 start = first.arclength - before.arclength
-                turned = replace(before, tangent=-before.tangent, arclength=start)
+                turned = before.turned(start)
                 self._insert_folds(turned, self.points[0])
                 self.points.insert(0, turned)
                 self.points.sort(key=lambda p: p.arclength)

@@ -37,7 +37,7 @@ def tip(point: Point) -> float:
 
 def tip_excess(point: Point) -> float:
     """u - 1 at the tip."""
-    return float(point.scalars.height(point.profile.values[0, 0, 4])) - 1.0
+    return float(point.profile.heights()[0, 0]) - 1.0
 
 
 def highest_excess(point: Point) -> float:
@@ -53,7 +53,7 @@ def highest_excess(point: Point) -> float:
     from scipy.optimize import minimize_scalar  # which takes long to import
 
     around = minimize_scalar(
-        lambda x: -float(profile.scalars.height(profile.at(np.array([x]))[0, 4])),
+        lambda x: -float(profile.heights_at(np.array([x]))[0]),
         bounds=(xi[top - 1], xi[top + 1]),
         method="bounded",
         options={"xatol": 1e-10},

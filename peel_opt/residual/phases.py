@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,12 +35,7 @@ def layout(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> Layo
     pieces = law.pieces if tip_free else held(law.pieces)
     if len(pieces) == 1:
         return Layout(pieces, ())
-    xi, u = heights_with_extrema(profile)
-    crossings = sorted(
-        crossing
-        for below, kink in enumerate(law.kinks)
-        for crossing in _crossings(profile, xi, u - kink, kink, below)
-    )
+    crossings = kink_crossings(law, profile)
     # The detachment point has u = 0: without a crossing everything is in the first piece.
     sequence, breaks = [pieces[crossings[0][1] if crossings else 0]], []
     for where, _, after in crossings:
@@ -89,7 +84,7 @@ def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
         a, b, _ = np.polyfit(xi[i - 1 : i + 2] - xi[i], u[i - 1 : i + 2], 2)
         vertices.append(xi[i] - b / (2 * a))
     extra = np.array(vertices)
-    at_extra = profile.scalars.height(profile.at(extra)[:, 4])
+    at_extra = profile.heights_at(extra)
     order = np.argsort(np.concatenate([xi, extra]), kind="stable")
     return np.concatenate([xi, extra])[order], np.concatenate([u, at_extra])[order]
 
@@ -99,6 +94,16 @@ def turning_heights(profile: Profile) -> np.ndarray:
     _, u = heights_with_extrema(profile)
     turns = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) <= 0.0) + 1
     return u[[0, *turns]]
+
+
+def kink_crossings(law: CohesiveLaw, profile: Profile) -> list[tuple[float, int, int]]:
+    """(xi, piece before, piece after) wherever what the bond sees passes a kink, from the tip on."""
+    xi, u = heights_with_extrema(profile)
+    return sorted(
+        crossing
+        for below, kink in enumerate(law.kinks)
+        for crossing in _crossings(profile, xi, u - kink, kink, below)
+    )
 
 
 def _crossings(
@@ -111,7 +116,7 @@ def _crossings(
         if excess[i] * excess[j] < 0:
 
             def height(x: float) -> float:
-                return float(profile.scalars.height(profile.at(np.array([x]))[0, 4])) - kink
+                return float(profile.heights_at(np.array([x]))[0]) - kink
 
             where = between(
                 height, (float(xi[i]), float(xi[j])), (float(excess[i]), float(excess[j])), EXCURSION
@@ -127,7 +132,7 @@ def without_empty_phases(profile: Profile) -> Profile | None:
     if keep.all():
         return None
     lengths = profile.lengths[keep]
-    return Profile(lengths / lengths.sum(), profile.values[keep], profile.scalars)
+    return replace(profile, lengths=lengths / lengths.sum(), values=profile.values[keep])
 
 
 def without_thinnest_inner_phase(profile: Profile, phases: Phases) -> Profile | None:
@@ -143,4 +148,4 @@ def without_thinnest_inner_phase(profile: Profile, phases: Phases) -> Profile | 
     values = profile.values.copy()
     edge = values[j, 0, 4]
     values[j, :, 4] = edge
-    return Profile(profile.lengths, values, profile.scalars)
+    return replace(profile, values=values)

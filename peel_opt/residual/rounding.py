@@ -58,10 +58,29 @@ def response(at: Linearised, update: np.ndarray, read: Callable[[Scalars], float
     read : callable
         The answered number.
     """
+    weights = np.zeros(at.problem.size)
+    weights[at.problem.tail] = gradient(read, at.tail, at.problem.form)
+    return response_to(at, update, weights, read(at.problem.scalars(at.x)))
+
+
+def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: float) -> Response:
+    """Return how a number of a solution responds to the equations.
+
+    Parameters
+    ----------
+    at : Linearised
+        The solution, closed by what is given.
+    update : ndarray, shape (n,)
+        The last of Newton's method.
+    weights : ndarray, shape (n,)
+        Gradient of the number by all unknowns.
+    value : float
+        The number itself.
+    """
     problem, given = at.problem, [closure for closure in at.closing if isinstance(closure, Closure)]
-    by_scalars = gradient(read, at.tail, problem.form)
+    scalars = np.eye(problem.size)[:, problem.tail]
     with one_thread:
-        responses = at.adjoint(np.column_stack([by_scalars, np.eye(len(by_scalars))]))
+        responses = at.factors.solve(np.column_stack([weights, scalars]), transposed=True)
         sizes = at.sizes
     own = responses[:, 0]
     by_given = np.abs(own[-len(given) :] @ at.by_given)
@@ -70,8 +89,8 @@ def response(at: Linearised, update: np.ndarray, read: Callable[[Scalars], float
     terms = {"pressure": 0.0 if problem.form is LowPressure else 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
-    digits = abs(read(problem.scalars(at.x))) + float(by_given @ given_sizes)
-    last = abs(float(by_scalars @ update[problem.tail]))
+    digits = abs(value) + float(by_given @ given_sizes)
+    last = abs(float(weights @ update))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
     norms = np.linalg.norm(responses, axis=0)
     return Response(

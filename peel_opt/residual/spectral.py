@@ -77,7 +77,7 @@ class SpectralDiscretisation(Discretisation):
 
     _compiled: ClassVar[tuple[str, ...]] = (*Discretisation._compiled, "_fields")
 
-    def __init__(self, settings: Spectral, phases: Phases) -> None:
+    def __init__(self, settings: Spectral, phases: Phases, extra: int = 0) -> None:
         self.settings = settings
         self.local = settings.nodes * settings.elements
         if (unknowns := self.local * len(phases)) > MOST_UNKNOWNS:
@@ -87,7 +87,7 @@ class SpectralDiscretisation(Discretisation):
                 remedy="Give a law fewer kinks (a smooth curve through a table has none), or fewer nodes;"
                 " method='collocation' has no such limit.",
             )
-        super().__init__(phases, self.local * len(phases))
+        super().__init__(phases, self.local * len(phases), extra)
         nodes, weights = gauss(settings.nodes)
         # On a phase of length 1: cumulative integral at its nodes, and the whole integral.
         self.zeta = np.concatenate([(e + nodes) / settings.elements for e in range(settings.elements)])

@@ -1,0 +1,369 @@
+"""Branches of scenes: how one is entered from the paper's, and walked both ways from there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from ..base.errors import NotConverged
+from ..model.scene import Scene
+from ..residual.closures import Closure
+from ..residual.discretisation import Discretisation, Profile
+from ..residual.newton import Correction
+from ..residual.phases import Layout, fits
+from ..residual.scene_phases import material_breaks, scene_layout
+from ..residual.scene_spectral import SceneProfile, SceneSpectral
+from .family import Family
+from .points import Point
+from .primary import Candidate, crossings, primary_branch
+from .special import LENGTH, Located, Monitor, locate
+from .special import located as located_between
+
+#: Tip angles [rad] at which a scene is entered, one after the other: at a fixed angle, where neither p
+#: nor sbar is held, a state exists in almost every scene.
+ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
+
+#: Shortest step of the way into a scene.
+SHORTEST = 1e-3
+
+#: Detached length over eta, and tip angle [rad], below which a state counts as vanished.
+SHORT, SMALL = 0.02, 1e-7
+
+#: p/T0 beyond which no branch is followed.
+HIGHEST = 1e3
+
+#: Gap at the tip, as a share of the largest, within which a folded rod has come back to its wall.
+TOUCHING = 1e-7
+
+#: Gap at the tip over y0 below zero that no rounding explains.
+BELOW = 1e-9
+
+#: Tip angle [rad] beyond which a rod is rolled up.
+ROLLED = 6.5
+
+#: Rate along a branch below which a number stands still, as the moment of a long strip does.
+STILL = 1e-7
+
+#: Direction in which the tip turns further.
+FORWARD = np.array([1.0, 0.0, 0.0, 0.0])
+
+#: Points of a branch after which it is given up, in each direction.
+LONGEST = 200
+
+
+@dataclass(frozen=True)
+class SceneFamily(Family):
+    """A one-parameter family of states of a scene.
+
+    Parameters
+    ----------
+    holding : tuple of Closure
+        What is held beside the rod's ratio: the pressure, where a number of the scene is left free.
+    """
+
+    holding: tuple[Closure, ...] = ()
+
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """The closures that hold along the branch."""
+        return (self.closure, *self.holding)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        assert isinstance(self.transcription, SceneSpectral)
+        return self.transcription.scene
+
+    @property
+    def free(self) -> str | None:
+        """The number of the scene that varies along the branch, where the pressure is held."""
+        assert isinstance(self.transcription, SceneSpectral)
+        return self.transcription.free
+
+    def loading_rate(self, point: Point) -> float:
+        """Derivative along the branch of what loads the rod: the pressure, or the number left free."""
+        if self.free is None:
+            return point.rate(lambda s: s.pressure_ratio)
+        return float(point.tangent[point.problem.extra][-1])
+
+    @property
+    def monitors(self) -> tuple[tuple[str, Monitor], ...]:
+        """What vanishes at the folds of the branch."""
+        return (("LP-pressure" if self.free is None else "LP-load", self.loading_rate), LENGTH)
+
+    def phases_of(self, profile: Profile) -> Layout:
+        """Read the stretches of a shape off what the bond sees and where its material points are."""
+        assert isinstance(profile, SceneProfile)
+        return scene_layout(profile)
+
+    def suits(self, profile: Profile, problem: Discretisation) -> bool:
+        """Whether the stretches of a solution are those that the scene asks for."""
+        assert isinstance(profile, SceneProfile)
+        if profile.scalars.sigma <= 0.0 or not np.all(profile.lengths > 0.0):
+            return False
+        inside = frozenset(name for _, name in material_breaks(profile))
+        last = problem.phases[-1]
+        if getattr(last, "past", frozenset()) != inside:
+            return False
+        return fits(profile, problem.phases) or self.phases_of(profile).phases == problem.phases
+
+
+@dataclass(eq=False)
+class SceneBranch:
+    """The curve of states of a scene through the one at which it is entered, walked both ways.
+
+    Parameters
+    ----------
+    family : SceneFamily
+    points : list of Point
+        In order, from the small states on.
+    folds : list of Located
+    ends : tuple of str
+        Why the walk ended before its first and after its last point: "T", where the rod lies on its
+        wall; "vanishes", where the detached length does; "contact"; "stalled" or "limit".
+    """
+
+    family: SceneFamily
+    points: list[Point]
+    folds: list[Located]
+    ends: tuple[str, str]
+
+    @cached_property
+    def _rises(self) -> bool:
+        """Whether the branch goes on from the attached rod, and what loads it rises along it at first."""
+        return self.ends[0] != "T" and self.family.loading_rate(self.points[0]) > 0.0
+
+    @cached_property
+    def _turns(self) -> list[float]:
+        """Arclengths at which what loads the rod has an extremum."""
+        kind = "LP-pressure" if not self.family.free else "LP-load"
+        return [f.point.arclength for f in self.folds if f.kind == kind]
+
+    @property
+    def snap(self) -> Located | None:
+        """The maximum of what loads a rod that is lifted from its rest; None where there is none."""
+        kind = self.family.monitors[0][0]
+        return next((f for f in self.folds if f.kind == kind), None) if self._rises else None
+
+    def state_at(self, arclength: float) -> str:
+        """Label of a place on the branch.
+
+        Where the rod is lifted from the start, "lifted" until the load has its maximum, the snap.  From
+        there, or from T: "middle" until the first fold in length, "lower" until the minimum pressure,
+        "folded" after it.  Where another number than the pressure varies, what is not lifted is "other".
+        """
+        snap = self._turns[0] if self._rises and self._turns else math.inf if self._rises else -math.inf
+        if arclength < snap:
+            return "lifted"
+        if self.family.free is not None:
+            return "other"
+        least = next((at for at in self._turns if at > snap), math.inf)
+        if arclength > least:
+            return "folded"
+        bends = (f.point.arclength for f in self.folds if f.kind == "LP-length")
+        return "lower" if any(snap < at < arclength for at in bends) else "middle"
+
+    def holds(self, point: Point) -> bool:
+        """Whether a state of the same family lies between two points of the branch."""
+        return any(self.family.between(a, b, point.place) for a, b in pairwise(self.points))
+
+    def candidates(self, given: Closure) -> list[Candidate]:
+        """All states of the branch at a closure."""
+        return crossings(self.family, self.points, given, self.state_at)
+
+
+@lru_cache(maxsize=128)
+def scene_branches(family: SceneFamily) -> tuple[SceneBranch, ...]:
+    """Return the curves of states of a scene that are found, each walked to both of its ends; remembered.
+
+    With the pressure free there is one, entered from the paper's scene.  With another number free there
+    is one through every state that the scene has at the pressure that is held, as far as they are not on
+    one already; where it has none, again the one that is entered.
+
+    Raises
+    ------
+    NotConverged
+        If no way into the scene was found.
+    """
+    found: list[SceneBranch] = []
+    for start in _starts(family):
+        if not any(branch.holds(start) for branch in found):
+            found.append(_walked(family, start))
+    return tuple(found) or (entered_branch(family),)
+
+
+@lru_cache(maxsize=64)
+def entered_branch(family: SceneFamily) -> SceneBranch:
+    """Return the curve through the state at which a scene is entered from the paper's; remembered.
+
+    Raises
+    ------
+    NotConverged
+        If no way into the scene was found.
+    """
+    return _walked(family, _entered(family))
+
+
+def _starts(family: SceneFamily) -> Iterator[Point]:
+    """Yield the states of a scene at the pressure that is held, with its own value of the free number."""
+    if family.free is None:
+        return
+    mesh = family.transcription
+    assert isinstance(mesh, SceneSpectral)
+    with_all_given = replace(family, transcription=replace(mesh, free=None), holding=())
+    try:
+        (branch,) = scene_branches(with_all_given)
+    except NotConverged:
+        return
+    for candidate in branch.candidates(family.holding[0]):
+        try:
+            solved = family.solve(candidate.profile, Closure("length", candidate.profile.scalars.sigma))
+        except NotConverged:
+            continue
+        if solved is not None:
+            yield family.point(solved[0], solved[1].x, FORWARD, 0.0, solved[1].iterations)
+
+
+def _walked(family: SceneFamily, start: Point) -> SceneBranch:
+    """Walk both ways from a state."""
+    before, first = _walk(family, start.turned(0.0), _towards_rest)
+    after, last = _walk(family, start, _towards_contact)
+    points = [*(p.turned(-p.arclength) for p in reversed(before[1:])), *after]
+    folds = [fold for pair in pairwise(points) for fold in _folds(family, pair)]
+    known = {id(p) for p in points}
+    points += [f.point for f in folds if id(f.point) not in known]
+    return SceneBranch(family, sorted(points, key=lambda p: p.arclength), folds, (first, last))
+
+
+def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
+    """Find the folds between two neighbours; what stands still but for rounding has none."""
+    moving = [m for m in family.monitors if max(abs(m[1](p)) for p in pair) > STILL]
+    return locate(family, pair, tuple(moving))
+
+
+def _walk(
+    family: SceneFamily, start: Point, ends: Callable[[SceneFamily, Point], str]
+) -> tuple[list[Point], str]:
+    """Walk until an end of the branch is passed, and say which it is."""
+    points: list[Point] = []
+    for point in family.walk(start):
+        s = point.scalars
+        if points and s.A <= 0.0:
+            found = located_between(family, points[-1], point, "BP", lambda p: p.scalars.A)
+            return [*points, found.point], "T" if family.scene.keeps_flat else "rest"
+        if s.beta1 <= 0.0 or abs(s.pressure_ratio) > HIGHEST:
+            return points, "unbounded"
+        points.append(point)
+        if end := ends(family, point):
+            return points, end
+        if s.A > ROLLED:
+            return points, "rolled up"
+        if len(points) > LONGEST:
+            return points, "limit"
+    return points, "stalled"
+
+
+def _towards_rest(family: SceneFamily, point: Point) -> str:
+    """Say that the rod has come to rest on its wall, has vanished, or would have to go through it."""
+    s = point.scalars
+    if s.sigma < SHORT or s.A < SMALL:
+        return "rest"
+    if family.free is None and s.pressure_ratio < 0.0:
+        return "rest"
+    return "below" if gap_at_tip(point) < -BELOW else ""
+
+
+def _towards_contact(_: SceneFamily, point: Point) -> str:
+    """Say that the tip has come back to the wall."""
+    heights = point.profile.heights()
+    folded = point.scalars.A > 1.0
+    return "contact" if heights[0, 0] < (TOUCHING if folded else -BELOW) * np.abs(heights).max() else ""
+
+
+def gap_at_tip(point: Point) -> float:
+    """What the bond would see at the tip: for most the gap over y0."""
+    return float(point.profile.heights()[0, 0])
+
+
+def _entered(family: SceneFamily) -> Point:
+    """Return a state of a scene, led over from the paper's at a fixed tip angle.
+
+    The loads come first, at whatever pressure the angle asks for; a number that is left free is then
+    let go of, while the pressure moves to the one that is held.
+    """
+    furthest = 0.0
+    for A in _entries(family):
+        profile = _plain(family, A)
+        if profile is None:
+            continue
+        held = Closure("amplitude", A)
+        found, h = _led_over(_into(family), profile, held)
+        if found is not None and family.free is not None:
+            found, h = _led_over(_onto(family, found), found[0].profile(found[1].x), held)
+            h += 1.0
+        furthest = max(furthest, h / (2.0 if family.free else 1.0))
+        if found is not None:
+            problem, solved = found
+            return family.point(problem, solved.x, FORWARD, 0.0, solved.iterations)
+    raise NotConverged(
+        f"the way from a plain rod into the scene was lost at {100.0 * furthest:.0f} % of it.",
+        remedy="Name fewer or smaller loads, or check their units.",
+    )
+
+
+def _entries(family: SceneFamily) -> list[float]:
+    """Tip angles to enter at: below the one at which a plain rod bears the pressure that is held."""
+    plain = primary_branch(family.law, family.closure)
+    found = [c for held in family.holding for c in plain.candidates(held)]
+    return [*(0.6 * c.estimate(lambda s: s.A) for c in found[:1]), *ENTRIES]
+
+
+def _into(family: SceneFamily) -> Callable[[float], SceneFamily]:
+    """Return the way into a scene: from the paper's to all of its loads."""
+    mesh = family.transcription
+    assert isinstance(mesh, SceneSpectral)
+    return lambda h: replace(family, transcription=replace(mesh, entered=h, free=None), holding=())
+
+
+def _onto(family: SceneFamily, found: tuple[Discretisation, Correction]) -> Callable[[float], SceneFamily]:
+    """Return the way onto a family with a free number: from the pressure of a state to the one held."""
+    start = found[0].scalars(found[1].x).pressure_ratio
+    (held,) = family.holding
+    return lambda h: replace(family, holding=(Closure(held.kind, start + h * (held.value - start)),))
+
+
+def _plain(family: SceneFamily, A: float) -> SceneProfile | None:
+    """Return the plain rod's state at a tip angle, as a profile of the scene that has not begun."""
+    branch = primary_branch(family.law, family.closure)
+    branch.extend(lambda last: last.scalars.A > A)
+    found = branch.candidates(Closure("amplitude", A))
+    if not found:
+        return None
+    plain = found[0].profile
+    values = np.concatenate([plain.values, np.zeros((*plain.values.shape[:2], 2))], axis=2)
+    scene = family.scene
+    ratio = family.closure.value
+    numbers = {**scene.entered(0.0), "pressure": plain.scalars.pressure_ratio, "ratio": ratio}
+    return SceneProfile(plain.lengths, values, plain.scalars, scene, numbers)
+
+
+def _led_over(
+    way: Callable[[float], SceneFamily], profile: Profile, held: Closure
+) -> tuple[tuple[Discretisation, Correction] | None, float]:
+    """Follow a state along a way from 0 to 1; None, and how far it went, where that stalls."""
+    h, step, solved = 0.0, 0.25, None
+    while h < 1.0:
+        share = min(1.0, h + step)
+        solved = way(share).solve(profile, held)
+        if solved is None:
+            step *= 0.5
+            if step < SHORTEST:
+                return None, h
+            continue
+        h, profile = share, solved[0].profile(solved[1].x)
+    return solved, h

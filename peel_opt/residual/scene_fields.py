@@ -1,0 +1,244 @@
+"""The fields of any scene in the spectral form, with their gradients.
+
+The unknowns are those of the paper's scene: Theta'' at the nodes, phase lengths, the four scalars, and
+between them what a scene adds, such as a number that is left free.  The inclination is that of the
+wall plus the amplitude times Theta,
+
+    theta = kw (s - sbar) + A Theta,   Theta(0) = -1,
+
+so that a rod that lies on its wall is no solution.  Lengths are over eta, forces over T0 eta.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ..model.bond import Piece
+from ..model.equations import SCALARS, Scalars
+from ..model.place import Place
+from ..model.scene import Scene
+from ..model.stretch import past_of
+from .traced import Traced, integrated, pointwise, stacked
+
+#: What a profile has of a scene: fields over the amplitude, then position and slip over the length.
+SAMPLED = ("Theta", "K", "nx", "ny", "Y", "x", "slip")
+
+
+class SceneFields:
+    """A scene at the nodes of all phases.
+
+    Parameters
+    ----------
+    scene : Scene
+    phases : sequence of Piece
+        The stretches of rod between switches, each with the material points it is past.
+    chain : ndarray
+        Matrix from nodal values times the lengths of their phases to the integrals from the tip to the
+        nodes, to the ends of the phases, and to the tip itself, which are zero.
+    x : casadi.MX
+        All unknowns.
+    parts : mapping of str to slice
+        Where the "fields", "inner" lengths, "extra" numbers and the four scalars ("tail") stand in ``x``.
+    names : sequence of str
+        Names of the extra unknowns.
+    given : casadi.MX
+        The known numbers of the scene.
+    known : sequence of str
+        Their names.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        phases: Sequence[Piece],
+        chain: np.ndarray,
+        x: ca.MX,
+        parts: Mapping[str, slice],
+        names: Sequence[str],
+        given: ca.MX,
+        known: Sequence[str],
+    ) -> None:
+        self.scene, self.phases, self.chain = scene, phases, chain
+        self.names, self.given, self.known = tuple(names), given, tuple(known)
+        self.size, n = x.shape[0], parts["fields"].stop
+        self.nodes, self.local = n, n // len(phases)
+        self.edge = slice(n + len(phases) - 1, n + len(phases))
+        self.tip = slice(n + len(phases), n + len(phases) + 1)
+        identity = ca.DM.eye(self.size)
+
+        def unknown(part: slice) -> Traced:
+            return Traced(x[part], ca.densify(identity[part, :]))
+
+        self.curl = unknown(parts["fields"])
+        self.scalars = unknown(slice(parts["extra"].start, parts["tail"].stop))
+        self.lengths = self._shares(unknown(parts["inner"]) if len(phases) > 1 else None)
+        spread = np.kron(np.eye(len(phases)), np.ones((self.local, 1)))
+        self.h = Traced(ca.mtimes(spread, self.lengths.values), ca.mtimes(spread, self.lengths.gradient))
+
+        bend, zero = self._of([self._constant(0.0)], self._at_the_tip)
+        self.tip_curvature, self.tip_inclination = bend, zero
+        self.K, self.Theta = self._turned(chain)
+        self.xi = integrated(chain, self.h, self._constant(1.0, n))
+        (self.theta,) = self._of([self.Theta, self.xi], self._inclined)
+        self.rates = self._of([self.theta[:n]], self._moving)
+        self.x, self.y, self.slip = (self._from_edge(chain, rate) for rate in self.rates)
+        loads = [
+            self._at(slice(j * self.local, (j + 1) * self.local), self._loaded) for j in range(len(phases))
+        ]
+        self.loads = [stacked(parts) for parts in zip(*loads, strict=True)]
+        self.pulls = self._at(self.tip, self._pulled)
+        self.N = [
+            self._from_tip(chain, load, pull) for load, pull in zip(self.loads, self.pulls, strict=True)
+        ]
+
+    def residual(self) -> Traced:
+        """Bending at the nodes, the front, Theta(1) = 0, the switches, and what the tip adds."""
+        n = self.nodes
+        (bend,) = self._of([self.theta[:n], *(N[:n] for N in self.N)], self._bending)
+        (front,) = self._of([self.K[self.edge]], self._front)
+        rows = [self.curl - bend, front, self.Theta[self.edge]]
+        for j, (a, b) in enumerate(pairwise(self.phases)):
+            end = slice(n + j, n + j + 1)
+            rows += self._at(end, self._switched(a, b))
+        if self.scene.reactions:
+            rows += self._at(self.tip, lambda at, q, _: self.scene.tip_equations(at, q))
+        return stacked(rows)
+
+    def sampled(self, chain: np.ndarray) -> list[Traced]:
+        """Return `SAMPLED` at other places, by integrals from the tip to them."""
+        K, Theta = self._turned(chain)
+        x, y, slip = (self._from_edge(chain, rate) for rate in self.rates)
+        N = [self._from_tip(chain, load, pull) for load, pull in zip(self.loads, self.pulls, strict=True)]
+        return [Theta, K, *self._of([*N, y, x, slip], self._over_amplitude)]
+
+    def work(self) -> Traced:
+        """Return the integral of what the loads put into the identity."""
+        parts = [slice(j * self.local, (j + 1) * self.local) for j in range(len(self.phases))]
+        density = stacked(
+            [self._at(part, lambda at, q, _: [self.scene.work(at, q) * at.sbar])[0] for part in parts]
+        )
+        return integrated(self.chain, self.h, density)[self.edge]
+
+    # -- integrals
+
+    def _turned(self, chain: np.ndarray) -> tuple[Traced, Traced]:
+        """Return K and Theta."""
+        n = self.nodes
+        own = integrated(self.chain, self.h, self.curl)[:n] + self.tip_curvature
+        K = integrated(chain, self.h, self.curl) + self.tip_curvature
+        return K, integrated(chain, self.h, own) + self.tip_inclination
+
+    def _from_edge(self, chain: np.ndarray, rate: Traced) -> Traced:
+        """Integrate from the detachment point, where x = y = slip = 0."""
+        return integrated(chain, self.h, rate) - integrated(self.chain, self.h, rate)[self.edge]
+
+    def _from_tip(self, chain: np.ndarray, rate: Traced, start: Traced) -> Traced:
+        """Integrate from the tip."""
+        return integrated(chain, self.h, rate) + start
+
+    # -- what happens at a point
+
+    def _at_the_tip(self, _: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
+        """K(0) and Theta(0)."""
+        return self.scene.tip_start(s.A, s.sigma, q)
+
+    def _inclined(self, at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
+        """Return theta, that of the wall and the rest."""
+        Theta, xi = at
+        return [s.A * Theta + self.scene.wall.curvature_of(q) * s.sigma * (xi - 1.0)]
+
+    @staticmethod
+    def _moving(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
+        """Rates of x, y and slip along xi."""
+        (theta,) = at
+        return [s.sigma * ca.cos(theta), s.sigma * ca.sin(theta), -2.0 * s.sigma * ca.sin(0.5 * theta) ** 2]
+
+    def _loaded(self, at: Place, q: dict[str, Any], piece: Piece) -> Sequence[Any]:
+        """Rates of N_x and N_y along xi."""
+        return [at.sbar * force for force in self.scene.per_length(at, piece, q)]
+
+    def _switched(
+        self, before: Piece, after: Piece
+    ) -> Callable[[Place, dict[str, Any], Piece], Sequence[Any]]:
+        """Return what vanishes where one stretch ends and the next begins."""
+        return lambda at, q, _: [self.scene.switch(at, q, before, after)]
+
+    def _pulled(self, at: Place, q: dict[str, Any], _: Piece) -> Sequence[Any]:
+        """N_x and N_y at the tip."""
+        return self.scene.tip_force(at, q)
+
+    @staticmethod
+    def _bending(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
+        """Theta'' of the balance of moments."""
+        theta, Nx, Ny = at
+        return [(Ny * ca.cos(theta) - Nx * ca.sin(theta)) * s.sigma**2 / s.A]
+
+    def _front(self, at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
+        """The condition at the front, over the amplitude."""
+        (K,) = at
+        return [K - (self.scene.front_curvature(q) - self.scene.wall.curvature_of(q)) * s.sigma / s.A]
+
+    @staticmethod
+    def _over_amplitude(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
+        """Forces and heights in the scaling of a profile."""
+        Nx, Ny, y, x, slip = at
+        return [
+            Nx * s.sigma**2 / s.A,
+            Ny * s.sigma**2 / s.A,
+            y / (s.sigma * s.A),
+            x / s.sigma,
+            slip / s.sigma,
+        ]
+
+    # -- applying them
+
+    def _named(self, s: Any) -> tuple[Scalars, dict[str, Any]]:
+        """Return the four scalars, and all numbers of the scene by name."""
+        split, count = ca.vertsplit(s), len(self.names)
+        scalars = Scalars(*split[count : count + len(SCALARS)])
+        numbers = dict(zip(self.names, split[:count], strict=True))
+        numbers |= dict(zip(self.known, split[count + len(SCALARS) :], strict=True))
+        return scalars, numbers | {"pressure": scalars.pressure_ratio, "ratio": scalars.ratio}
+
+    def _of(
+        self,
+        fields: Sequence[Traced],
+        function: Callable[[Sequence[Any], Scalars, dict[str, Any]], Sequence[Any]],
+    ) -> list[Traced]:
+        """Apply a function of fields, scalars and numbers at every point."""
+        return pointwise(lambda q, s: function(q, *self._named(s)), fields, self.scalars, self.given)
+
+    def _at(
+        self, rows: slice, function: Callable[[Place, dict[str, Any], Piece], Sequence[Any]]
+    ) -> list[Traced]:
+        """Apply a function of the place at some points, which lie in one phase."""
+        piece = self._piece_of(rows)
+
+        def at_place(q: Sequence[Any], s: Scalars, numbers: dict[str, Any]) -> Sequence[Any]:
+            xi, theta, x, y, slip = q
+            at = Place(xi * s.sigma, s.sigma, theta, x, y, slip, past_of(piece))
+            return function(at, numbers, piece)
+
+        return self._of([f[rows] for f in (self.xi, self.theta, self.x, self.y, self.slip)], at_place)
+
+    def _piece_of(self, rows: slice) -> Piece:
+        if rows == self.tip:
+            return self.phases[0]
+        return self.phases[rows.start // self.local if rows.start < self.nodes else rows.start - self.nodes]
+
+    def _constant(self, value: float, rows: int = 1) -> Traced:
+        return Traced(ca.DM.ones(rows) * value, ca.DM.zeros(rows, self.size))
+
+    def _shares(self, inner: Traced | None) -> Traced:
+        """Shares of all phases; the last is what the others leave."""
+        rest = self._constant(1.0)
+        if inner is None:
+            return rest
+        for j in range(len(self.phases) - 1):
+            rest = rest - inner[j : j + 1]
+        return stacked([inner, rest])

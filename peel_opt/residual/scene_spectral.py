@@ -1,0 +1,280 @@
+"""The spectral transcription of a scene: its equations compiled once for all scenes of one form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import casadi as ca
+import numpy as np
+
+from ..model.place import Place
+from ..model.scene import Scene
+from ..model.stretch import past_of
+from .discretisation import PROFILE_POINTS, Phases, Profile, Transcription
+from .scene_fields import SAMPLED, SceneFields
+from .shape import DENSE_POINTS, Shape, Solution
+from .spectral import Spectral, SpectralDiscretisation
+
+#: The mesh of walks.
+MESH = Spectral()
+
+
+@dataclass(frozen=True, eq=False)
+class SceneProfile(Profile):
+    """Fields of one solution of a scene, which alone knows what the bond sees of them.
+
+    Parameters
+    ----------
+    values : ndarray, shape (phases, PROFILE_POINTS, 7)
+        Those of a `Profile`, x/sbar and slip/sbar.
+    scene : Scene
+    numbers : dict
+        All its numbers, those left free as they were found.
+    """
+
+    scene: Scene
+    numbers: dict[str, float]
+
+    def heights(self) -> np.ndarray:
+        """What the bond sees, on the points of each phase: for most bonds the gap over y0."""
+        return self._openings(self.values, self.coordinates())
+
+    def heights_at(self, xi: np.ndarray) -> np.ndarray:
+        """What the bond sees, at coordinates 0 <= xi <= 1 from the tip."""
+        return self._openings(self.at(xi), xi)
+
+    def _openings(self, fields: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        s, q = self.scalars, self.numbers
+        Theta, _, _, _, Y, x, slip = np.moveaxis(fields, -1, 0)
+        theta = s.A * Theta + float(self.scene.wall.curvature_of(q)) * s.sigma * (xi - 1.0)
+        at = Place(xi * s.sigma, s.sigma, theta, x * s.sigma, s.sigma * s.A * Y, slip * s.sigma)
+        return np.asarray(self.scene.opening(at, q), dtype=float)
+
+
+@dataclass(frozen=True)
+class SceneSpectral(Transcription):
+    """Global Gauss collocation of a scene in Theta''.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : Spectral
+    free : str, optional
+        The number of the scene that is unknown.
+    entered : float
+        How far the scene has taken over from the paper's, 0 to 1.
+    """
+
+    scene: Scene
+    mesh: Spectral = MESH
+    free: str | None = None
+    entered: float = 1.0
+
+    @property
+    def nodes(self) -> int:
+        """Gauss nodes per element."""
+        return self.mesh.nodes
+
+    @property
+    def elements(self) -> int:
+        """Equal elements per phase."""
+        return self.mesh.elements
+
+    @property
+    def sure_gain(self) -> float:
+        """That of the mesh."""
+        return self.mesh.sure_gain
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Names of the numbers that are unknown: reactions, and the one that is left free."""
+        return (*self.scene.reactions, *((self.free,) if self.free else ()))
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The numbers of the scene that are known."""
+        numbers = self.scene.entered(self.entered)
+        return {name: value for name, value in numbers.items() if name != self.free}
+
+    def discretise(self, phases: Phases) -> SceneDiscretisation:
+        """Return the compiled problem for these phases."""
+        return _discretise(self, phases)
+
+    def refined(self) -> SceneSpectral:
+        """Half as many nodes again."""
+        return replace(self, mesh=self.mesh.refined())
+
+
+class SceneDiscretisation(SpectralDiscretisation):
+    """Theta'' at the Gauss nodes of every phase of a scene."""
+
+    settings: SceneSpectral  # type: ignore[assignment]
+
+    def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
+        super().__init__(settings, phases, len(settings.unknown))  # type: ignore[arg-type]
+        self.form = _compiled_form(settings.scene.form, settings.mesh, settings.free, phases, _Key(self))
+        self.numbers = ca.DM(list(settings.given.values()))
+
+    @cached_property
+    def expression(self) -> ca.MX:
+        """The residual, at the numbers of this scene."""
+        return self.form.residual(self.x, self.numbers)
+
+    def residual_expression(self) -> ca.MX:
+        """Bending at the nodes, the front, Theta(1) = 0, the switches, and what the tip adds."""
+        return self.expression
+
+    def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
+        """Return the residual and its Jacobian."""
+        residual, jacobian = self.form.linearised(self.x, self.numbers)
+        return residual, jacobian
+
+    def sample_expression(self, zeta: np.ndarray) -> ca.MX:
+        """`SAMPLED` at the same local coordinates in every phase."""
+        return self.form.sampler(zeta)(self.x, self.numbers)
+
+    def found(self, x: np.ndarray) -> dict[str, float]:
+        """Return all numbers of the scene in a solution, "pressure" and "ratio" among them."""
+        s = self.scalars(x)
+        own = dict(zip(self.settings.unknown, x[self.extra].tolist(), strict=True))
+        return {**self.settings.given, **own, "pressure": s.pressure_ratio, "ratio": s.ratio}
+
+    def ends(self, x: np.ndarray) -> tuple[Place, Place, float]:
+        """Return the tip, the bonded place nearest to it, and the work of the loads in the identity."""
+        places, work = self.form.ends(x, self.numbers)
+        rows, sbar = np.array(places), self.scalars(x).sigma
+        tip = Place(0.0, sbar, *rows[-1, 1:].tolist())
+        if not self.settings.scene.unbonded:
+            return tip, tip, float(work)
+        glued = next(j for j, phase in enumerate(self.phases) if "unbonded" in past_of(phase))
+        xi, theta, x_there, y, slip = rows[glued - 1].tolist()
+        past = past_of(self.phases[glued])
+        return tip, Place(xi * sbar, sbar, theta, x_there, y, slip, past), float(work)
+
+    def profile(self, x: np.ndarray) -> SceneProfile:
+        """Sample a solution."""
+        values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(SAMPLED))
+        return SceneProfile(self.lengths(x), values, self.scalars(x), self.settings.scene, self.found(x))
+
+    def pack(self, profile: Profile) -> np.ndarray:
+        """Unknowns that represent a profile with these phases."""
+        numbers = profile.numbers if isinstance(profile, SceneProfile) else {}
+        own = [numbers.get(name, 0.0) for name in self.settings.unknown]
+        inner = profile.lengths[:-1]
+        return np.concatenate([self.pack_fields(profile), inner, own, profile.scalars.values])
+
+    def pack_fields(self, profile: Profile) -> np.ndarray:
+        """Theta'' of a profile at the nodes, from the balance of moments."""
+        s, parts = profile.scalars, []
+        numbers = profile.numbers if isinstance(profile, SceneProfile) else self.settings.given
+        kw = float(self.settings.scene.wall.curvature_of(numbers)) * s.sigma
+        starts = np.cumsum(profile.lengths) - profile.lengths
+        for j, (start, length) in enumerate(zip(starts, profile.lengths, strict=True)):
+            fields = profile.in_phase(j, self.zeta)
+            theta = s.A * fields[:, 0] + kw * (start + length * self.zeta - 1.0)
+            parts.append(fields[:, 3] * np.cos(theta) - fields[:, 2] * np.sin(theta))
+        return np.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneSolution(Solution):
+    """A discrete solution of a scene."""
+
+    problem: SceneDiscretisation
+
+    def _sampled(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places xi, and fields there, at `DENSE_POINTS` per phase, kinks included once."""
+        dense = np.linspace(0.0, 1.0, DENSE_POINTS)
+        phases, lengths = len(self.problem.phases), self.problem.lengths(self.x)
+        values = self.problem.sampler(dense)(self.x).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
+        starts = np.cumsum(lengths) - lengths
+        xi = starts[:, None] + lengths[:, None] * dense
+        inside = [slice(0 if j == 0 else 1, None) for j in range(phases)]
+        pairs = [(xi[j, part], values[j, part]) for j, part in enumerate(inside)]
+        return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+
+    def shape(self) -> Shape:
+        """Sample it densely."""
+        xi, fields = self._sampled()
+        s, q = self.problem.scalars(self.x), self.problem.found(self.x)
+        Theta, K, nx, ny, Y, x, _ = fields.T
+        kw = float(self.problem.settings.scene.wall.curvature_of(q)) * s.sigma
+        theta, curvature = s.A * Theta + kw * (xi - 1.0), s.A * K + kw
+        return Shape(xi, x, s.A * Y, theta, curvature, s.A * nx, s.A * ny)
+
+    def gaps(self) -> np.ndarray:
+        """Gap to the wall over eta, at the points of the shape."""
+        shape, q = self.shape(), self.problem.found(self.x)
+        sbar = self.problem.scalars(self.x).sigma
+        at = Place(shape.xi * sbar, sbar, shape.theta, shape.x * sbar, shape.y * sbar, 0.0)
+        return np.asarray(self.problem.settings.scene.wall.gap(at, q)[0], dtype=float)
+
+
+@lru_cache(maxsize=256)
+def _discretise(settings: SceneSpectral, phases: Phases) -> SceneDiscretisation:
+    return SceneDiscretisation(settings, phases)
+
+
+class Form:
+    """The equations of all scenes of one form, compiled with their numbers as arguments.
+
+    Parameters
+    ----------
+    model : SceneDiscretisation
+        One of them.
+    """
+
+    def __init__(self, model: SceneDiscretisation) -> None:
+        self.model = model
+        settings = model.settings
+        self.x = ca.MX.sym("x", model.size)
+        self.given = ca.MX.sym("given", len(settings.given))
+        matrix, ends = model.chain(model.zeta)
+        self.fields = SceneFields(
+            settings.scene,
+            model.phases,
+            np.vstack([matrix, ends, np.zeros((1, model.field_count))]),
+            self.x,
+            {"fields": model.fields, "inner": model.inner, "extra": model.extra, "tail": model.tail},
+            settings.unknown,
+            self.given,
+            tuple(settings.given),
+        )
+        whole = self.fields.residual()
+        arguments = [self.x, self.given]
+        self.residual = ca.Function("residual", arguments, [whole.values])
+        self.linearised = ca.Function("linearised", arguments, [whole.values, whole.gradient])
+        f = self.fields
+        places = [part.values[model.field_count :] for part in (f.xi, f.theta, f.x, f.y, f.slip)]
+        self.ends = ca.Function("ends", arguments, [ca.horzcat(*places), f.work().values])
+        self._samplers: dict[bytes, ca.Function] = {}
+
+    def sampler(self, zeta: np.ndarray) -> ca.Function:
+        """Compiled fields at local coordinates of every phase, remembered."""
+        key = np.asarray(zeta, dtype=float).tobytes()
+        if key not in self._samplers:
+            matrix, _ = self.model.chain(np.asarray(zeta))
+            columns = [field.values for field in self.fields.sampled(matrix)]
+            self._samplers[key] = ca.Function("sample", [self.x, self.given], [ca.horzcat(*columns)])
+        return self._samplers[key]
+
+
+class _Key:
+    """A discretisation that stands for all of its form: equal to any other."""
+
+    def __init__(self, model: SceneDiscretisation) -> None:
+        self.model = model
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(maxsize=64)
+def _compiled_form(
+    form: tuple[object, ...], mesh: Spectral, free: str | None, phases: Phases, key: _Key
+) -> Form:
+    return Form(key.model)
