@@ -16,6 +16,9 @@ from .analysis.stability import Stability as Stability
 from .analysis.stability import control_table as control_table
 from .analysis.stability import stability as stability
 from .analysis.stability_along import stability_changes as stability_changes
+from .analysis.unbonded import FlawLimit as FlawLimit
+from .analysis.unbonded import critical_flaw as critical_flaw
+from .analysis.unbonded import safe_pressure as safe_pressure
 from .base.errors import (
     AmbiguousState as AmbiguousState,
 )
@@ -67,11 +70,24 @@ from .equilibria.follow import Walk as Walk
 from .equilibria.follow import follow as follow
 from .equilibria.methods import Method as Method
 from .equilibria.result import Equilibrium as Equilibrium
+from .equilibria.scenes import solve as solve
 from .equilibria.trace import trace as trace
+from .model import profiles as profiles
 from .model.bond import CohesiveLaw as CohesiveLaw
+from .model.loads import Drag as Drag
+from .model.loads import Pressure as Pressure
+from .model.loads import SkinFriction as SkinFriction
+from .model.loads import Weight as Weight
+from .model.mixed_bonds import EffectiveOpening as EffectiveOpening
+from .model.mixed_bonds import ShearSprings as ShearSprings
 from .model.named_laws import exponential as exponential
 from .model.named_laws import trapezoidal as trapezoidal
+from .model.place import Place as Place
 from .model.rod import Rod as Rod
+from .model.scene import Scene as Scene
+from .model.tips import TipLoad as TipLoad
+from .model.walls import Circle as Circle
+from .model.walls import Flat as Flat
 from .residual.programme import Ipopt as Ipopt
 from .residual.transcriptions import Collocation as Collocation
 from .residual.transcriptions import Shooting as Shooting

@@ -163,6 +163,7 @@ def sensitivities(
         raise InvalidInput("law= belongs to a rod; an equilibrium has its own law.")
     if not isinstance(subject, Equilibrium):
         raise InvalidInput(f"sensitivities need an equilibrium or a rod, got {type(subject).__name__}.")
+    subject.require_papers_scene("sensitivities")
     if subject.message:
         raise InvalidInput(
             f"there is no equilibrium to differentiate ({subject.status}): {subject.message}",

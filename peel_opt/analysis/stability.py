@@ -113,6 +113,7 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
         return Stability.read(Spectrum(*discretised(state, range(len(state))[i])))
     if not isinstance(state, Equilibrium):
         raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
+    state.require_papers_scene("stability")
     if not isinstance(state.source, Solution):
         raise InvalidInput(
             "this equilibrium carries no discrete solution to linearise about.",

@@ -94,6 +94,8 @@ class Walk(Iterator[Scalars]):
             raise InvalidInput(f"step must be a StepControl, got {step!r:.60}.")
         if not isinstance(start, Equilibrium | Branch):
             raise InvalidInput(f"a walk starts at an Equilibrium or a Branch, got {start!r:.60}.")
+        if isinstance(start, Equilibrium):
+            start.require_papers_scene("follow")
         if isinstance(start, Branch) and law is not None:
             start = under_law(start, law)
         self.rod = start.rod if hold == "ratio" else None  # else the rod changes along the walk

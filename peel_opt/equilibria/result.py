@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.drawing import draw
+from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table, read_csv
 from ..model.groups import Groups
 from ..model.labels import DISQUALIFYING
@@ -29,6 +30,8 @@ from .storage import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..model.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,12 @@ class Equilibrium(Groups[float], Stored):
         The numbers that were given, by their names; attributes of the same name have them unchanged.
     law_samples : tuple of float
         What tells a law of the user's own from another of its name, where only the shape is kept.
+    scene : Scene or str or None
+        The scene it is a state of, if that is not the paper's; read from a file, what it was called.
+    numbers : dict
+        The numbers of the scene in the units of the rod, the one that was left free as it was found.
+    unit : float
+        What one of ``answer`` is in the units of the rod, where that is a number of the scene.
     """
 
     schema = Schema("peel_opt equilibrium", 1)
@@ -116,6 +125,9 @@ class Equilibrium(Groups[float], Stored):
     source: Shape | Solution | None = field(default=None, repr=False)
     given: dict[str, float] = field(default_factory=dict, repr=False)
     law_samples: tuple[float, ...] = field(default=(), repr=False)
+    scene: Scene | str | None = field(default=None, repr=False)
+    numbers: dict[str, float] = field(default_factory=dict, repr=False)
+    unit: float = field(default=1.0, repr=False)
 
     # --- the paper's groups -----------------------------------------------------------
 
@@ -153,7 +165,9 @@ class Equilibrium(Groups[float], Stored):
 
     @property
     def answer(self) -> float:
-        """The dimensionless number that was asked for."""
+        """The number that was asked for, over its unit of T0 and eta."""
+        if self.answered in self.numbers:
+            return self.numbers[self.answered] / self.unit
         return float(getattr(self, self.answered))
 
     @property
@@ -165,6 +179,19 @@ class Equilibrium(Groups[float], Stored):
     def valid(self) -> bool:
         """Whether the state is certified and physical under its law."""
         return self.certified and not any(flag in DISQUALIFYING for flag in self.flags)
+
+    def require_papers_scene(self, reading: str) -> None:
+        """Raise where it is a state of a scene that a reading does not cover.
+
+        Raises
+        ------
+        InvalidInput
+        """
+        if self.scene is not None:
+            raise InvalidInput(
+                f"{reading} covers the paper's scene only: a uniform pressure under a rod on a flat plate.",
+                remedy="Its loads, wall or tip are not in the equations of that reading.",
+            )
 
     # --- shape, computed when first read ----------------------------------------------
 

@@ -87,6 +87,9 @@ def equilibrium_head(eq: Equilibrium) -> dict[str, Any]:
     head |= {"flags": list(eq.flags), "given": eq.given}
     if own := own_samples(eq):
         head["law_samples"] = list(own)
+    if eq.scene is not None:
+        name = eq.scene if isinstance(eq.scene, str) else repr(eq.scene)
+        head |= {"scene": name, "scene_numbers": eq.numbers, "unit": eq.unit}
     return head | Units.of(eq.rod).rod(eq.rod) | _stats(eq)
 
 
@@ -150,12 +153,20 @@ def equilibrium_parts(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> di
     if not isinstance(flags, list) or not all(isinstance(flag, str) for flag in flags):
         raise ValueError("flags are no texts")
     own = head.get("law_samples", [])  # likewise
+    numbers_of_scene = head.get("scene_numbers", {})
+    if not isinstance(numbers_of_scene, dict) or not all(
+        isinstance(value, float) for value in numbers_of_scene.values()
+    ):
+        raise ValueError("scene_numbers holds no numbers")
     if not isinstance(own, list) or not all(isinstance(value, float) for value in own):
         raise ValueError("law_samples holds no numbers")
     if not isinstance(given, dict) or not all(isinstance(value, float) for value in given.values()):
         raise ValueError("given holds no numbers")
     numbers = entries(head, float, *_FLOATS) | entries(head, str, *_TEXTS)
     told = {"flags": tuple(flags), "given": given, "law_samples": tuple(own)}
+    if "scene" in head:
+        scene = entries(head, str, "scene") | entries(head, float, "unit")
+        told |= {**scene, "numbers": numbers_of_scene}
     return {"rod": rod_from(head), "source": shape, **told, **numbers}
 
 

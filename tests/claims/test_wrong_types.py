@@ -45,6 +45,19 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "held_length": lambda: {"rod": ROD, "pressure": 0.5},
     "holding_pressure": lambda: {"rod": ROD, "length": 3.5},
     "readhesion_pressure": lambda: {"rod": ROD},
+    "safe_pressure": lambda: {"rod": ROD, "flaw": 1.0},
+    "critical_flaw": lambda: {"rod": ROD, "pressure": 0.4},
+    "Scene": lambda: {"rod": ROD},
+    "solve": lambda: {"scene": po.Scene(ROD), "free": "length", "pressure": 0.8},
+    "Pressure": dict,
+    "Weight": lambda: {"w": 0.1},
+    "SkinFriction": lambda: {"traction": 0.1},
+    "Drag": lambda: {"traction": 0.1},
+    "Circle": lambda: {"curvature": 0.1},
+    "Flat": dict,
+    "TipLoad": dict,
+    "EffectiveOpening": lambda: {"zeta": 0.5},
+    "ShearSprings": lambda: {"stiffness": 1.0},
     "tradeoff": lambda: {
         "problem": lambda method, tol: po.equilibrium(beta0=4.0, lam=1.0, method=method, tol=tol),
         "methods": ("spectral",),
@@ -134,8 +147,12 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
-RESULTS = "Branch Calibration Design Equilibrium FoldCurve Sensitivities SpecialPoint Stability Sweep"
-OTHERS = "CohesiveLaw Ipopt Method NormalForm Uncertainty Walk WorkPrecision exponential read_measurements"
+RESULTS = """
+Branch Calibration Design Equilibrium FlawLimit FoldCurve Sensitivities SpecialPoint Stability Sweep
+"""
+OTHERS = (
+    "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"
+)
 
 
 def test_no_public_call_is_forgotten() -> None:

@@ -1,0 +1,205 @@
+"""An edge that was never glued: at which pressure it snaps, and which length is critical.
+
+A flaw is a length a without glue, not a detached length: that contains the cohesive zone ahead of it.
+At p = 0 the edge lies flat; pressure, detached length and tip angle then rise together until the
+pressure has its maximum p_max(a).  There the rod snaps.  p_max falls with a, and as a -> 0 it goes to
+T0: the paper's transition is the limit of these limit points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..base.checks import positive
+from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
+from ..base.threads import one_thread
+from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
+from ..continuation.special import Located
+from ..model.bond import CohesiveLaw
+from ..model.rod import RATIOS, Rod, require_rod
+from ..model.scene import Scene
+from ..residual.closures import Closure
+from ..residual.scene_spectral import SceneSpectral
+from ..residual.spectral import Spectral
+
+#: Meshes on which the snap is located; their difference is its error.
+MESHES = (Spectral(16), Spectral(24))
+
+#: What rounding leaves of a located snap.
+ROUNDING = 1e-14
+
+#: a/eta from which the way to a critical flaw begins.
+BEGINNING = 0.5
+
+
+@dataclass(frozen=True)
+class FlawLimit:
+    """The snap of an edge that was never glued.
+
+    Parameters
+    ----------
+    pressure : float
+        p_max(a) [Pa].
+    flaw : float
+        a, the length without glue [m].
+    length : float
+        Detached length at the snap [m].
+    tip_angle : float
+        theta at the tip there [rad].
+    pressure_ratio, flaw_ratio : float
+        p/T0 and a/eta.
+    error : float
+        Absolute error of the one that was asked for, p/T0 or a/eta.
+    """
+
+    pressure: float
+    flaw: float
+    length: float
+    tip_angle: float
+    pressure_ratio: float
+    flaw_ratio: float
+    error: float
+
+
+@one_thread
+def safe_pressure(rod: Rod, flaw: float, *, law: str | CohesiveLaw = "auto") -> FlawLimit:
+    """Return the pressure at which an edge without glue snaps; below it, it holds.
+
+    Parameters
+    ----------
+    rod : Rod
+    flaw : float
+        Length a from the tip that was never glued [m].
+    law : str or CohesiveLaw
+        As in `length_given_pressure`.
+
+    Returns
+    -------
+    FlawLimit
+        Its ``pressure`` [Pa] is what is asked for.
+
+    Raises
+    ------
+    NoEquilibrium
+        If the edge does not snap, but grows stably; the message says up to where.
+    NotConverged
+        If the states of this edge could not be followed so far.
+
+    Examples
+    --------
+    >>> round(safe_pressure(Rod.from_ratio(1.0), 1.0).pressure, 9)
+    0.3535513
+    """
+    scene = _flawed(rod, flaw, law)
+    found = [_snap(_loading(scene, mesh), scene) for mesh in MESHES]
+    return _limit(rod, found, [s.point.scalars.pressure_ratio for s in found], flaw=scene.numbers["unbonded"])
+
+
+@one_thread
+def critical_flaw(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto") -> FlawLimit:
+    """Return the length without glue that snaps at a pressure; a shorter one holds.
+
+    The inverse of `safe_pressure`: at a fixed pressure no equilibrium that is lifted from rest has a
+    longer one.
+
+    Parameters
+    ----------
+    rod : Rod
+    pressure : float
+        Between zero and T0 [Pa].
+    law : str or CohesiveLaw
+        As in `length_given_pressure`.
+
+    Returns
+    -------
+    FlawLimit
+        Its ``flaw`` [m] is what is asked for.
+
+    Raises
+    ------
+    OutOfRange
+        From T0 on, where every edge snaps, and below zero, where none does.
+    NoEquilibrium
+        If at this pressure edges of every length that was followed grow stably.
+    NotConverged
+        If the states at this pressure could not be followed so far.
+
+    Examples
+    --------
+    >>> round(critical_flaw(Rod.from_ratio(1.0), 0.3535512998).flaw, 7)
+    1.0
+    """
+    P = require_rod(rod, RATIOS).pressure_ratio(pressure)
+    if not 0.0 < P < 1.0:
+        raise OutOfRange(
+            f"p/T0 = {P:.6g}: a flaw is critical at pressures between 0 and T0 only.",
+            remedy="From T0 on an edge of any length snaps, and without a pressure none does.",
+        )
+    scene = _flawed(rod, BEGINNING * rod.eta, law)
+    found = [_snap(_growing(scene, mesh, P), scene) for mesh in MESHES]
+    flaws = [s.point.problem.found(s.point.x)["unbonded"] for s in found]  # type: ignore[attr-defined]
+    return _limit(rod, found, flaws, flaw=flaws[-1])
+
+
+def _flawed(rod: Rod, flaw: float, law: str | CohesiveLaw) -> Scene:
+    require_rod(rod, RATIOS)
+    flaw = positive("flaw", flaw, "" if rod.dimensionless else "m")
+    return Scene(rod, law=law, unbonded=flaw)
+
+
+def _loading(scene: Scene, mesh: Spectral) -> SceneBranch:
+    """Return the states of an edge at all pressures."""
+    ratio = Closure("ratio", scene.rod.ratio)
+    return entered_branch(SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio))
+
+
+def _growing(scene: Scene, mesh: Spectral, P: float) -> SceneBranch:
+    """Return the states of edges of all lengths at a pressure."""
+    transcription = SceneSpectral(scene, mesh, "unbonded")
+    ratio, held = Closure("ratio", scene.rod.ratio), Closure("pressure", P)
+    return entered_branch(SceneFamily(scene.bond.law, transcription, ratio, holding=(held,)))
+
+
+def _snap(branch: SceneBranch, scene: Scene) -> Located:
+    """Return the maximum of what loads the edge.
+
+    Raises
+    ------
+    NoEquilibrium
+        If there is none.
+    NotConverged
+        If the walk did not come far enough to know.
+    """
+    if (found := branch.snap) is not None:
+        if found.status != "located":
+            raise NotConverged(
+                "the snap could only be bracketed.", remedy="Give a slightly different edge or pressure."
+            )
+        return found
+    s = branch.points[-1].scalars
+    rod = scene.rod
+    reached = f"p/T0 = {s.pressure_ratio:.6g}, sbar/eta = {s.sigma:.6g}, tip angle {-s.A:.4g} rad"
+    if branch.ends[1] in ("stalled", "limit"):
+        raise NotConverged(
+            f"no snap was met as far as the edge could be followed ({reached}).",
+            remedy="Give a shorter edge, or a higher pressure.",
+        )
+    highest = max(p.scalars.pressure_ratio for p in branch.points)
+    raise NoEquilibrium(
+        f"the edge does not snap: it grows stably up to p = {rod.pressure(highest):.6g}"
+        f" (p/T0 = {highest:.6g}), where its tip comes back to the plate.",
+        nearest=rod.pressure(highest),
+    )
+
+
+def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
+    s = found[-1].point.scalars
+    return FlawLimit(
+        pressure=rod.pressure(s.pressure_ratio),
+        flaw=rod.length(flaw),
+        length=rod.length(s.sigma),
+        tip_angle=-s.A,
+        pressure_ratio=s.pressure_ratio,
+        flaw_ratio=flaw,
+        error=abs(answers[1] - answers[0]) + ROUNDING,
+    )

@@ -1,0 +1,436 @@
+"""`solve`: the one number of a scene that is left free, with all others given."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base.checks import finite, positive
+from ..base.errors import (
+    AmbiguousState,
+    InvalidInput,
+    NoEquilibrium,
+    NotCertified,
+    NotConverged,
+    PeelOptError,
+)
+from ..base.threads import one_thread
+from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
+from ..model.dimension import LENGTH, TRACTION, Dimension
+from ..model.labels import fits
+from ..model.scene import Scene
+from ..residual.closures import Closure
+from ..residual.defect import Tip, march
+from ..residual.linear import Linearised
+from ..residual.newton import Correction, correct
+from ..residual.rounding import response_to
+from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution, SceneSpectral
+from ..residual.spectral import Spectral
+from .result import Equilibrium, Stats
+
+#: What every scene has.
+COMMON = {"pressure": TRACTION, "length": LENGTH}
+
+#: How the answered number is called in a result.
+ANSWERED = {"pressure": "pressure_ratio", "length": "length_ratio"}
+
+#: Nodes per stretch on which an answer is first solved, and how often they may grow.
+FIRST, MOST_REFINEMENTS = Spectral(16), 5
+
+#: States from the last to the first that a question without state= means: the one that goes on from
+#: the attached rod, then the unfolded one of least pressure.
+DEFAULT = ("lifted", "unfolded")
+
+#: Height as a share of the largest below which a rod is in its wall.
+HEIGHT_NOISE = 1e-9
+
+
+@one_thread
+def solve(
+    scene: Scene,
+    *,
+    free: str,
+    state: str | None = None,
+    near: float | None = None,
+    tol: float = 1e-8,
+    throw: bool = True,
+    **given: float,
+) -> Equilibrium:
+    """Solve for any one number of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    free : str
+        "length", "pressure", or a number that the scene names: "force", "moment", "friction",
+        "weight", "drag", "unbonded", "natural_curvature", "curvature" and so on; what the scene itself
+        says of that number does not count then.
+    state : str, optional
+        "lifted", "unfolded", "middle", "lower" or "folded".  Default: the lifted state where there is
+        one, that goes on from the attached rod; else the unfolded state of lowest pressure.
+    near : float, optional
+        Pick the state whose free number is nearest, in the units of the rod.
+    tol : float
+        Largest error of the answer over its unit of T0 and eta, and largest certificate.
+    throw : bool
+        If False, a failure comes back as an `Equilibrium` whose ``status`` and ``message`` tell.
+    **given : float
+        ``pressure`` [Pa] and ``length`` [m], but for the one that is free; without a pressure there is none.
+
+    Returns
+    -------
+    Equilibrium
+        ``numbers`` has all numbers of the scene, the free one among them, in the units of the rod.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene does not name the free number, or what is given is too little or too much.
+    NoEquilibrium
+        If the branch of the scene, followed to its ends, has no such state.
+    AmbiguousState
+        If several states fit and ``near`` is not given.
+    NotConverged, NotCertified
+        If the answer is out of reach.
+    """
+    try:
+        return _solve(scene, free, state, near, positive("tol", tol), given)
+    except PeelOptError as error:
+        if throw:
+            raise
+        rod = scene.rod if isinstance(scene, Scene) else None
+        return Equilibrium.nothing(rod, ANSWERED.get(free, free), tol, error.status, str(error))
+
+
+@dataclass(frozen=True)
+class SceneQuestion:
+    """What is asked of a scene, over its units of T0 and eta.
+
+    Parameters
+    ----------
+    scene : Scene
+    free : str
+    given : dict
+        The pressure and the length, as far as they are given.
+    """
+
+    scene: Scene
+    free: str
+    given: dict[str, float]
+
+    @property
+    def dimension(self) -> Dimension:
+        """What the free number measures."""
+        return COMMON.get(self.free) or self.scene.dimensions[self.free]
+
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """What closes the residual of the scene."""
+        own = (Closure(name, value) for name, value in self.given.items())
+        return (Closure("ratio", self.scene.rod.ratio), *own)
+
+    @property
+    def target(self) -> Closure:
+        """What the walk along the branch looks for."""
+        return self.closures[-1]
+
+    @property
+    def number(self) -> str | None:
+        """The free number, where it is one of the scene's."""
+        return None if self.free in COMMON else self.free
+
+    def family(self, mesh: Spectral) -> SceneFamily:
+        """Return the curve of states on which the answer lies."""
+        ratio, *held = self.closures
+        holding = (held[0],) if self.number else ()
+        return SceneFamily(
+            self.scene.bond.law, SceneSpectral(self.scene, mesh, self.number), ratio, holding=holding
+        )
+
+    def read(self, problem: SceneDiscretisation, x: np.ndarray) -> float:
+        """Return the free number of a solution."""
+        s = problem.scalars(x)
+        if self.free == "length":
+            return float(s.sigma)
+        return float(problem.found(x)[self.free])
+
+    def weights(self, problem: SceneDiscretisation, x: np.ndarray) -> np.ndarray:
+        """Return the gradient of the free number by all unknowns."""
+        weights = np.zeros(problem.size)
+        if self.number:
+            weights[problem.extra.stop - 1] = 1.0
+        elif self.free == "length":
+            weights[problem.column("sigma")] = 1.0
+        else:
+            s = problem.scalars(x)
+            weights[problem.column("A")] = s.m / s.beta0
+            weights[problem.column("m")] = s.A / s.beta0
+            weights[problem.column("sigma")] = -3.0 * s.alpha1 / s.sigma**4
+        return weights
+
+    def named(self, value: float) -> str:
+        """Return a value of the free number with its unit."""
+        rod = self.scene.rod
+        return f"{value * self.dimension.size(rod):.8g} {self.dimension.unit_of(rod)}".rstrip()
+
+    @property
+    def words(self) -> str:
+        """What is given, for messages."""
+        rod = self.scene.rod
+        return ", ".join(
+            f"{name} = {value * COMMON[name].size(rod):.8g} {COMMON[name].unit_of(rod)}"
+            for name, value in self.given.items()
+        )
+
+
+def _posed(scene: Scene, free: object, given: dict[str, float]) -> SceneQuestion:
+    """Check what is asked, and take it to units of T0 and eta."""
+    if not isinstance(scene, Scene):
+        raise InvalidInput(
+            f"scene must be a Scene, got {scene!r:.60}.", remedy="Make one with Scene(rod, ...)."
+        )
+    known = (*COMMON, *scene.numbers)
+    if free not in known:
+        raise InvalidInput(
+            f"{free!r} is no number of this scene.",
+            remedy=f"Free one of {', '.join(known)}; name a load in the scene, with any size, to free it.",
+        )
+    wanted = [name for name in COMMON if name != free]
+    values = {"pressure": 0.0, **given} if free != "pressure" else dict(given)
+    if strange := sorted(set(values) - set(wanted)):
+        raise InvalidInput(
+            f"{', '.join(strange)} cannot be given here.", remedy=f"Give {' and '.join(wanted)}."
+        )
+    if missing := [name for name in wanted if name not in values]:
+        raise InvalidInput(f"{' and '.join(missing)} must be given to solve for the {free}.")
+    rod = scene.rod
+    check = {"pressure": finite, "length": positive}
+    scaled = {
+        name: check[name](name, values[name], COMMON[name].unit_of(rod)) / COMMON[name].size(rod)
+        for name in wanted
+    }
+    return SceneQuestion(scene, str(free), scaled)
+
+
+def _solve(
+    scene: Scene, free: str, state: str | None, near: float | None, tol: float, given: dict[str, float]
+) -> Equilibrium:
+    began = time.perf_counter()
+    question = _posed(scene, free, given)
+    wanted = None if near is None else finite("near", near) / question.dimension.size(scene.rod)
+    branches = scene_branches(question.family(FIRST))
+    chosen, profile = _chosen(question, branches, state, wanted)
+    walked = sum(len(branch.points) for branch in branches)
+    answered = _answered(question, profile, chosen, tol, walked, began)
+    if not answered.certified:
+        raise NotCertified(
+            f"{question.words}: found {free} = {question.named(answered.answer)}, but its error"
+            f" {answered.error:.1e} or its certificate {answered.certificate:.1e} exceeds tol = {tol:.1e}.",
+            remedy="Give a larger tol; near a fold the question itself loses digits.",
+            candidates=(answered,),
+        )
+    return answered
+
+
+def _chosen(
+    question: SceneQuestion, branches: Sequence[SceneBranch], state: str | None, near: float | None
+) -> tuple[str, SceneProfile]:
+    """Pick the state that is meant and land on it."""
+    found = [c for branch in branches for c in branch.candidates(question.target)]
+    meant = [c for c in found if state is None or fits(c.state, state)]
+    if not meant:
+        raise _nothing(question, branches, state, [c.state for c in found])
+    landed: list[tuple[str, SceneProfile, float]] = []
+    lost: PeelOptError | None = None
+    for candidate in meant if near is not None else _by_default(meant, state):
+        try:
+            profile = candidate.profile
+        except NotConverged as error:
+            lost = error
+            continue
+        assert isinstance(profile, SceneProfile)
+        problem = candidate.solution.problem
+        assert isinstance(problem, SceneDiscretisation)
+        landed.append((candidate.state, profile, question.read(problem, candidate.solution.correction.x)))
+    if not landed:
+        assert lost is not None
+        raise lost
+    if near is not None:
+        label, profile, _ = min(landed, key=lambda found: abs(found[2] - near))
+        return label, profile
+    if len(landed) > 1:
+        values = ", ".join(f"{label}: {question.free} = {question.named(v)}" for label, _, v in landed)
+        raise AmbiguousState(
+            f"{question.words}: {len(landed)} states fit: {values}.",
+            remedy="Pick one with near=.",
+            candidates=tuple(v * question.dimension.size(question.scene.rod) for _, _, v in landed),
+        )
+    return landed[0][0], landed[0][1]
+
+
+def _by_default(candidates: list[Any], state: str | None) -> list[Any]:
+    """Of all candidates, those that a question without state= means."""
+    if state is not None:
+        return candidates
+    for wanted in DEFAULT:
+        if named := [c for c in candidates if fits(c.state, wanted)]:
+            return [min(named, key=lambda c: c.estimate(lambda s: s.alpha1))]
+    return candidates
+
+
+def _nothing(
+    question: SceneQuestion, branches: Sequence[SceneBranch], state: str | None, others: list[str]
+) -> PeelOptError:
+    """Say what exists instead, or that the branch could not be followed far enough to know."""
+    wanted = f"{state or 'detached'} equilibrium"
+    there = f" States that do exist there: {', '.join(others)}." if others else ""
+    points = [p for branch in branches for p in branch.points]
+    if {"stalled", "limit"} & {end for branch in branches for end in branch.ends}:
+        reached = points[-1].scalars
+        return NotConverged(
+            f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
+            f" (p/T0 = {reached.pressure_ratio:.4g}, sbar/eta = {reached.sigma:.4g}).{there}",
+            remedy="Ask for a number nearer to where the rod begins to lift.",
+        )
+    read: Callable[[Any], float] = (
+        (lambda s: s.sigma) if question.target.kind == "length" else (lambda s: s.pressure_ratio)
+    )
+    values = [read(p.scalars) for p in points]
+    nearest = min(values, key=lambda v: abs(v - question.target.value))
+    unit = COMMON[question.target.kind].size(question.scene.rod)
+    return NoEquilibrium(
+        f"no {wanted} of this scene at {question.words}, on the branch that goes on from the attached rod."
+        f" The nearest that it has: {question.target.kind} = {nearest * unit:.8g}.{there}",
+        nearest=nearest * unit,
+    )
+
+
+def _answered(
+    question: SceneQuestion, profile: SceneProfile, state: str, tol: float, walked: int, began: float
+) -> Equilibrium:
+    """Solve on finer and finer meshes until error and certificate meet the tolerance."""
+    family, given = question.family(FIRST), question.closures
+    problem, first = _corrected(family, profile, given)
+    x, refinements, iterations, before = first.x, 0, first.iterations, 0.0
+    while True:
+        refinements += 1
+        finer = question.family(problem.settings.mesh.refined())
+        fine, solved = _corrected(finer, problem.profile(x), given)
+        there = solved.x
+        iterations += solved.iterations
+        at = Linearised.at(fine, there, *given)
+        own = response_to(at, solved.update, question.weights(fine, there), question.read(fine, there))
+        difference = _difference(question, (problem, x), (fine, there), own.leverage)
+        seen = 0.1 * before / difference if difference > 0.0 else 0.0
+        error = difference / (max(problem.settings.sure_gain, seen) - 1.0) + own.rounding
+        problem, x, before = fine, there, difference
+        missed = certificate_of(problem, x)
+        done = error <= tol and missed <= tol
+        if done or refinements == MOST_REFINEMENTS or difference <= own.rounding:
+            break
+    stats = Stats(
+        method=f"{problem.settings.mesh!r}",
+        seconds=time.perf_counter() - began,
+        iterations=iterations,
+        unknowns=problem.size,
+        refinements=refinements,
+        path_points=walked,
+        condition=own.condition,
+    )
+    return report(question, problem, x, state, error, missed, tol, stats)
+
+
+def _corrected(
+    family: SceneFamily, profile: SceneProfile, given: tuple[Closure, ...]
+) -> tuple[SceneDiscretisation, Correction]:
+    plan = family.phases_of(profile)
+    problem = family.transcription.discretise(plan.phases)
+    assert isinstance(problem, SceneDiscretisation)
+    result = correct(problem, problem.pack(profile.rephased(plan.breaks)), given)
+    if not result.converged:
+        raise NotConverged(
+            f"Newton's method did not converge on {problem.size} unknowns of the scene"
+            f" (last relative update {result.step:.1e}).",
+            remedy="Move the given number a little.",
+        )
+    return problem, result
+
+
+def _difference(
+    question: SceneQuestion,
+    coarse: tuple[SceneDiscretisation, np.ndarray],
+    fine: tuple[SceneDiscretisation, np.ndarray],
+    leverage: np.ndarray,
+) -> float:
+    """Return how far two meshes are apart in the answer, the largest that any scalar speaks of."""
+    apart = np.abs(fine[1][fine[0].tail] - coarse[1][coarse[0].tail])
+    own = abs(question.read(*fine) - question.read(*coarse))
+    return max(own, float((leverage * apart).max()))
+
+
+def certificate_of(problem: SceneDiscretisation, x: np.ndarray) -> float:
+    """How far a solution misses what it was not solved with.
+
+    The identity of the scene over T0 eta, assembled from its parts, where it has one; where it has
+    none, by how much the edge is missed by an independent integration from the tip.
+    """
+    scene, q = problem.settings.scene, problem.found(x)
+    tip, first, work = problem.ends(x)
+    if scene.has_identity:
+        return abs(scene.identity(tip, first, work, q))
+    Nx, Ny = (float(force) for force in scene.tip_force(tip, q))
+    start = Tip(tip.theta, tip.x, tip.y, Nx, Ny, float(scene.tip_curvature(q)))
+    return march(scene, q, tip.sbar, start).missed
+
+
+def report(
+    question: SceneQuestion,
+    problem: SceneDiscretisation,
+    x: np.ndarray,
+    state: str,
+    error: float,
+    missed: float,
+    tol: float,
+    stats: Stats,
+) -> Equilibrium:
+    """Turn a solution into an `Equilibrium` with its certificate and flags."""
+    scene, s, rod = question.scene, problem.scalars(x), question.scene.rod
+    source = SceneSolution(problem, x, scene.bond.law)
+    shape, q = source.shape(), problem.found(x)
+    opened = problem.profile(x).heights()
+    gaps = source.gaps()
+    reaction = -float(shape.Ny[-1])
+    present = {
+        "y > y0": bool(opened.max() > scene.bond.holds_to + HEIGHT_NOISE),
+        "p < 0": s.pressure_ratio < -HEIGHT_NOISE,
+        "y < 0": bool(gaps.min() < -HEIGHT_NOISE * np.abs(gaps).max()),
+        "overhang": np.abs(shape.theta).max() > 0.5 * np.pi,
+        "self-contact": shape.crosses_itself(),
+        "edge pulled": reaction < 0.0 and not scene.line_energy,
+    }
+    numbers = {name: q[name] * kind.size(rod) for name, kind in scene.dimensions.items()}
+    certified = error <= tol and missed <= tol
+    return Equilibrium(
+        rod=rod,
+        law=scene.bond.law.name,
+        beta0=s.beta0,
+        lam=s.lam,
+        alpha1=s.alpha1,
+        answered=ANSWERED.get(question.free, question.free),
+        error=error,
+        certificate=missed,
+        tol=tol,
+        state=state,
+        status="certified" if certified else "not-certified",
+        flags=tuple(name for name, is_so in present.items() if is_so),
+        stats=stats,
+        source=source,
+        given={f"{name}_ratio": value for name, value in question.given.items()},
+        scene=scene,
+        numbers=numbers,
+        unit=question.dimension.size(rod),
+    )

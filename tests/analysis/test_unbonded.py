@@ -1,0 +1,59 @@
+"""Edges that were never glued: where they snap, and which are critical."""
+
+from __future__ import annotations
+
+import pytest
+
+import peel_opt as po
+
+#: eta/y0, a/eta, p_max/T0 and its digits, tip angle and sbar/eta at the snap; by local-frame shooting.
+SNAPS = [
+    (1.0, 0.1, 0.87611826, 5e-9, 0.063744, 1.966977),
+    (1.0, 0.5, 0.5541041147, 6e-11, 0.2917200, 2.3571351),
+    (1.0, 1.0, 0.3535512998, 6e-11, 0.5501037, 2.8667912),
+    (1.0, 3.0, 0.1283256172, 6e-11, 1.717703, 4.986583),
+    (0.75063, 1.0, 0.3759996751, 6e-11, 0.6555493, 2.9996331),
+    (2.0, 1.0, 0.3024746828, 6e-11, 0.3689232, 2.5753403),
+]
+
+
+@pytest.mark.parametrize(("r", "a", "p_max", "digits", "angle", "sbar"), SNAPS)
+def test_an_edge_snaps_where_shooting_has_its_limit_point(
+    r: float, a: float, p_max: float, digits: float, angle: float, sbar: float
+) -> None:
+    found = po.safe_pressure(po.Rod.from_ratio(r), a)
+    assert abs(found.pressure_ratio - p_max) <= found.error + digits
+    assert found.tip_angle == pytest.approx(-angle, abs=1e-6)  # flat there
+    assert found.length == pytest.approx(sbar, abs=1e-6)
+
+
+@pytest.mark.parametrize(("r", "a"), [(1.0, 0.2), (0.75063, 1.0), (30.0, 0.3)])
+def test_the_critical_flaw_is_the_inverse(r: float, a: float) -> None:
+    rod = po.Rod.from_ratio(r)
+    back = po.critical_flaw(rod, po.safe_pressure(rod, a).pressure)
+    assert abs(back.flaw_ratio - a) <= back.error + 1e-12
+
+
+def test_longer_flaws_snap_at_lower_pressures_and_short_ones_towards_the_strength() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    safe = [po.safe_pressure(rod, a).pressure_ratio for a in (0.02, 0.1, 0.4)]
+    assert 1.0 > safe[0] > safe[1] > safe[2]
+
+
+def test_a_long_edge_grows_stably_and_says_so() -> None:
+    with pytest.raises(po.NoEquilibrium, match="grows stably up to"):
+        po.safe_pressure(po.Rod.from_ratio(1.0), 4.0)
+
+
+@pytest.mark.parametrize("pressure", [0.0, -1.0, 1.0, 2.0])
+def test_only_pressures_between_zero_and_the_strength_have_a_critical_flaw(pressure: float) -> None:
+    with pytest.raises(po.OutOfRange, match="between 0 and T0"):
+        po.critical_flaw(po.Rod.from_ratio(1.0), pressure)
+
+
+def test_a_real_flap_in_its_own_units() -> None:
+    """What the plain branch holds at this pressure is longer than what is safe."""
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    flaw = po.critical_flaw(rod, 60e3)
+    assert po.safe_pressure(rod, flaw.flaw).pressure == pytest.approx(60e3, rel=1e-9)
+    assert flaw.flaw < 0.5 * po.held_length(rod, 60e3).length

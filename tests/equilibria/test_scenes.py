@@ -1,0 +1,216 @@
+"""Scenes: known states of each family, both ways round, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+
+from ..scene_states import REFERENCE, free_tips, pressure_of, scene_of, title
+
+#: What was solved for, by the name of the reference, and the public name.
+FREE = {"sbar": "length", "p": "pressure", "F": "force", "M": "moment"}
+
+#: One state of each family; all of them are slow.
+QUICK = (
+    "lin c=-0.1 p0=.8",
+    "cos2 p0=0.5",
+    "exp l=5 sbar=1.2",
+    "mu=0.2 P=.8",
+    "w=0.05 P=.3",
+    "P=.8 F=.05 phi=90",
+    "moment sbar=1",
+    "P=.8 front sf=2.5",
+    "op zeta=1 P=0.3 r=1",
+    "springback p=0 kw=-.5 minus branch",
+    "P=.3 kw=kn=0.05",
+    "all loads at once (flat)",
+    "circle kw=-.1 kn=-.05 M=-.02 P=.7",
+    "G0=0.005 P=.8",
+)
+
+ROD = po.Rod.from_ratio(1.0)
+
+
+def _solved(state: dict[str, Any]) -> po.Equilibrium:
+    name = state["free"][0]
+    given = {} if name == "p" else {"pressure": pressure_of(state)}
+    given |= {} if name == "sbar" else {"length": state["values"]["sbar"]}
+    return po.solve(scene_of(state), free=FREE[name], near=state["values"][name], **given)
+
+
+@pytest.mark.parametrize(
+    "state",
+    [pytest.param(s, marks=() if s["tag"] in QUICK else pytest.mark.slow, id=title(s)) for s in free_tips()],
+)
+def test_a_known_state_is_met_within_its_error(state: dict[str, Any]) -> None:
+    eq, v = _solved(state), state["values"]
+    digits = 10.0 ** (1 - state["digits"])
+    assert eq.certified
+    assert abs(eq.answer - v[state["free"][0]]) <= eq.error + digits
+    near_a_fold = "limit point" in state.get("note", "")
+    within = 1e-6 if near_a_fold else 300.0 * digits
+    assert eq.tip_angle == pytest.approx(v["theta_tip"], abs=within)
+    assert eq.tip_height == pytest.approx(v["y_tip"], abs=within)
+    assert eq.x[0] == pytest.approx(v["x_tip"], abs=within)
+    assert eq.y.max() == pytest.approx(v["ymax"], abs=1e-4)
+
+
+def test_the_papers_scene_is_the_papers_rod() -> None:
+    eq = po.solve(po.Scene(ROD), free="length", pressure=0.3)
+    plain = po.length_given_pressure(ROD, 0.3)
+    assert abs(eq.length - plain.length) <= eq.error + plain.error
+    assert eq.state == plain.state
+    assert eq.Ny[-1] == pytest.approx(plain.Ny[-1], abs=1e-9)
+
+
+def test_numbers_are_in_the_units_of_the_rod() -> None:
+    """An aortic flap under its own friction: the same state in SI and over T0 and eta."""
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    T0, eta = rod.adhesion_strength, rod.eta
+    tip = po.TipLoad(force=0.02 * T0 * eta, angle=1.0, moment=-0.01 * T0 * eta**2)
+    loads = [po.SkinFriction(traction=0.03 * T0), po.Pressure(po.profiles.exponential(10.0 * eta))]
+    scene = po.Scene(rod, loads, po.Circle(0.05 / eta), tip, natural_curvature=0.02 / eta)
+    over = po.Scene(
+        po.Rod.from_ratio(rod.ratio),
+        [po.SkinFriction(traction=0.03), po.Pressure(po.profiles.exponential(10.0))],
+        po.Circle(0.05),
+        po.TipLoad(0.02, 1.0, -0.01),
+        natural_curvature=0.02,
+    )
+    one = po.solve(scene, free="length", pressure=0.6 * T0)
+    other = po.solve(over, free="length", pressure=0.6)
+    assert one.length == pytest.approx(other.length * eta, rel=1e-9)
+    assert one.numbers["force"] == pytest.approx(0.02 * T0 * eta)
+    assert one.tip_angle == pytest.approx(other.tip_angle, abs=1e-9)
+
+
+def test_each_number_of_a_scene_may_be_the_free_one() -> None:
+    """Solve for the length, then for every other number at that length: each comes back."""
+    loads = [po.Pressure(po.profiles.linear(-0.1)), po.Weight(0.02), po.SkinFriction(traction=-0.05)]
+    scene = po.Scene(ROD, loads, tip=po.TipLoad(0.02, 1.0, -0.01), natural_curvature=0.02)
+    eq = po.solve(scene, free="length", pressure=0.7)
+    for name in ("pressure", "weight", "friction", "gradient", "force", "moment", "natural_curvature"):
+        value = 0.7 if name == "pressure" else scene.numbers[name]
+        given = {"length": eq.length} | ({} if name == "pressure" else {"pressure": 0.7})
+        back = po.solve(scene, free=name, near=value, **given)
+        assert back.answer == pytest.approx(value, abs=1e-8), name
+
+
+def test_weight_is_a_stronger_bond_of_the_same_slope_while_the_rod_stays_within_it() -> None:
+    """T0 -> T0 + w, y0 -> y0 (1 + w/T0), same k and p: exact under the linear law."""
+    eq = po.solve(po.Scene(ROD, [po.Weight(0.2)]), free="length", pressure=0.8)
+    mapped = po.length_given_pressure(po.Rod(1.0, 1.2, 1.2), 0.8)
+    assert eq.length == pytest.approx(mapped.length, abs=1e-12)
+
+
+def test_natural_curvature_is_a_moment_on_a_flat_wall() -> None:
+    curved = po.solve(po.Scene(ROD, natural_curvature=-0.05), free="length", pressure=0.8)
+    turned = po.solve(po.Scene(ROD, tip=po.TipLoad(moment=0.05)), free="length", pressure=0.8)
+    assert curved.length == pytest.approx(turned.length, abs=1e-12)
+
+
+def test_a_long_strip_peels_at_the_kendall_force() -> None:
+    """F -> G / (1 - cos phi), here G = T0 y0 / 2 at 90 degrees."""
+    scene = po.Scene(ROD, tip=po.TipLoad(angle=0.5 * math.pi))
+    force = po.solve(scene, free="force", length=14.0).numbers["force"]
+    assert force == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_lifted_state_is_the_default_where_there_is_one() -> None:
+    scene = po.Scene(ROD, natural_curvature=0.05)
+    lifted = po.solve(scene, free="length", pressure=0.8)
+    assert lifted.state == "lifted"
+    assert lifted.length == pytest.approx(0.711864, abs=1e-6)
+    assert po.solve(scene, free="length", pressure=0.8, state="unfolded").length > 2.0
+
+
+@pytest.mark.parametrize("case", REFERENCE["no_solution"][::2], ids=lambda c: c["reason"])
+def test_where_no_state_exists_none_is_returned(case: dict[str, Any]) -> None:
+    p = case["params"]
+    scene = po.Scene(ROD, wall=po.Circle(p["kw"]), natural_curvature=p["kn"])
+    with pytest.raises((po.NoEquilibrium, po.NotConverged)):
+        po.solve(scene, free="length", pressure=p["p"])
+    nothing = po.solve(scene, free="length", pressure=p["p"], throw=False)
+    assert not nothing.certified
+    assert math.isnan(nothing.length)
+
+
+def test_a_load_of_the_readers_own() -> None:
+    """A pressure that decays over the plate, not over the rod: a function of the place."""
+    import casadi as ca
+
+    profile = po.Pressure(lambda place: ca.exp(place.x / 5.0))
+    eq = po.solve(po.Scene(ROD, [profile]), free="length", pressure=0.8, near=3.0)
+    assert eq.certified
+    assert eq.certificate < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: po.Scene("rod"), "rod"),
+        (lambda: po.Scene(ROD, [po.Weight(0.1), po.Weight(0.2)]), "one load of a kind"),
+        (lambda: po.Scene(ROD, ["weight"]), "a load cannot be"),
+        (lambda: po.Scene(ROD, wall="flat"), "wall of a scene"),
+        (lambda: po.Scene(ROD, law="glue"), "law of a scene"),
+        (lambda: po.Scene(ROD, unbonded=-1.0), "zero or positive"),
+        (lambda: po.Scene(ROD, natural_curvature=math.nan), "finite"),
+        (lambda: po.Scene(ROD, wall=po.Circle(0.1), law=po.ShearSprings(1.0)), "flat wall"),
+        (po.SkinFriction, "one of traction= and share="),
+        (lambda: po.Pressure(dead=1.5), "between 0 and 1"),
+        (lambda: po.Pressure(profile=3), "profile must be"),
+        (lambda: po.profiles.linear(-1.0), "above -1"),
+        (lambda: po.profiles.mixed(2.0), "between 0 and 1"),
+        (lambda: po.solve(po.Scene(ROD), free="force", length=3.0), "no number of this scene"),
+        (lambda: po.solve(po.Scene(ROD), free="length", pressure=0.5, length=3.0), "cannot be given"),
+        (lambda: po.solve(po.Scene(ROD), free="pressure"), "must be given"),
+        (lambda: po.solve(ROD, free="pressure", length=3.0), "must be a Scene"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_by_name(make: Any, words: str) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        make()
+
+
+def test_the_gap_to_a_circle_is_exact_as_its_curvature_vanishes() -> None:
+    at = po.Place(0.0, 3.0, 0.0, -2.0, 0.3, 0.0)
+    for kw in (1e-12, -1e-12, 0.2, -0.2):
+        gap, nx, ny = po.Circle(kw).gap(at, {"curvature": kw})
+        centre = np.array([0.0, 1.0 / kw])
+        exact = (1.0 - abs(kw) * math.dist((-2.0, 0.3), centre)) / kw
+        assert gap == pytest.approx(exact, abs=1e-3 if abs(kw) < 1e-6 else 1e-13)
+        assert math.hypot(nx, ny) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("reading", [po.stability, po.sensitivities, po.Walk, po.control_table])
+def test_a_reading_that_does_not_cover_scenes_says_so(reading: Any) -> None:
+    eq = po.solve(po.Scene(ROD, [po.Weight(0.02)]), free="length", pressure=0.8)
+    arguments = {"hold": "ratio"} if reading is po.Walk else {}
+    with pytest.raises(po.InvalidInput, match="paper's scene"):
+        reading(eq, **arguments)
+
+
+@pytest.mark.parametrize("call", [po.trace, po.hysteresis, po.readhesion_pressure])
+def test_a_call_that_takes_a_rod_says_that_it_does_not_take_a_scene(call: Any) -> None:
+    with pytest.raises(po.InvalidInput, match="paper's scene"):
+        call(po.Scene(ROD, [po.Weight(0.02)]))
+
+
+def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:
+    import pickle
+
+    eq = po.solve(po.Scene(ROD, [po.Weight(0.02)]), free="length", pressure=0.8)
+    copy = pickle.loads(pickle.dumps(eq))
+    assert copy.numbers == eq.numbers
+    assert np.array_equal(copy.theta, eq.theta)
+    eq.save(tmp_path / "state.npz")
+    read = po.Equilibrium.load(tmp_path / "state.npz")
+    assert read.numbers == eq.numbers
+    assert read.length == eq.length
+    with pytest.raises(po.InvalidInput, match="paper's scene"):
+        po.stability(read)
