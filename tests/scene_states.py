@@ -18,7 +18,7 @@ from peel_opt.model.walls import Circle, Flat
 
 REFERENCE: dict[str, Any] = json.loads(Path(__file__).with_name("scene_states.json").read_text())
 
-PROFILES: dict[str, Callable[..., profiles.Profile]] = {
+PROFILES: dict[str, Callable[..., profiles.Distribution]] = {
     "lin": profiles.linear,
     "exp": profiles.exponential,
     "cos2": profiles.jet,

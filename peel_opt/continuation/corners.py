@@ -13,8 +13,9 @@ from typing import Protocol
 import numpy as np
 
 from ..model.bond import CohesiveLaw
+from ..model.stretch import shared_kink
 from ..residual.closures import Closing, Closure, Plane
-from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, shared_kink
+from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription
 from ..residual.newton import correct
 from ..residual.phases import EXCURSION, Layout, turning_heights, without_thinnest_inner_phase
 from .points import Point, place_of

@@ -18,7 +18,7 @@ from ..base.checks import finite, non_negative, positive
 from ..base.errors import InvalidInput
 from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension
 from .place import Numbers, Place
-from .profiles import Profile, as_profile
+from .profiles import Distribution, as_profile
 
 
 class Force(NamedTuple):
@@ -67,7 +67,7 @@ class Pressure(Load):
 
     Parameters
     ----------
-    profile : Profile or callable, optional
+    profile : Distribution or callable, optional
         Its distribution: one of `peel_opt.profiles`, or a function of a `Place`.
     dead : float
         Share of it, 0 to 1, that keeps pointing up as the rod turns; the rest follows the rod.
@@ -75,7 +75,7 @@ class Pressure(Load):
         Arc length from the tip [m] up to which the fluid has come.
     """
 
-    profile: Profile | Callable[[Place], Any] | None = None
+    profile: Distribution | Callable[[Place], Any] | None = None
     dead: float = 0.0
     until: float | None = None
 
@@ -92,24 +92,24 @@ class Pressure(Load):
         """What its parameters measure."""
         own = {"dead": NUMBER} if self.dead else {}
         own |= {"until": LENGTH} if self.until is not None else {}
-        return own | (self.profile.parameters if isinstance(self.profile, Profile) else {})
+        return own | (self.profile.parameters if isinstance(self.profile, Distribution) else {})
 
     @property
     def keeps_flat(self) -> bool:  # type: ignore[override]
         """Whether it is p0 everywhere on a rod that lies flat."""
-        uniform = not isinstance(self.profile, Profile) or self.profile.is_one_when_flat
+        uniform = not isinstance(self.profile, Distribution) or self.profile.is_one_when_flat
         return uniform and self.until is None
 
     def numbers(self) -> dict[str, float]:
         """Return its parameters."""
         own = {"dead": self.dead} if self.dead else {}
         own |= {"until": self.until} if self.until is not None else {}
-        return own | (self.profile.numbers() if isinstance(self.profile, Profile) else {})
+        return own | (self.profile.numbers() if isinstance(self.profile, Distribution) else {})
 
     @property
     def form(self) -> tuple[Hashable, ...]:
         """Its parameters and the form of its profile."""
-        return *super().form, self.profile.form if isinstance(self.profile, Profile) else None
+        return *super().form, self.profile.form if isinstance(self.profile, Distribution) else None
 
     def breaks(self) -> tuple[str, ...]:
         """Return the end of the fluid."""
@@ -119,7 +119,7 @@ class Pressure(Load):
         """Return p/T0 at a place."""
         if "until" in at.past:
             return 0.0
-        factor = self.profile.factor(at, q) if isinstance(self.profile, Profile) else 1.0
+        factor = self.profile.factor(at, q) if isinstance(self.profile, Distribution) else 1.0
         return q["pressure"] * factor
 
     def force(self, at: Place, q: Numbers) -> Force:

@@ -163,7 +163,7 @@ class ShearSprings(Bond):
         """Return the work of separation and what the springs hold."""
         Kt = q["shear_stiffness"] / q["ratio"]
         left = (max(1.0 - g, 0.0) if self.softening else 1.0) ** 2
-        return self.law.separation_work(g) + 0.5 * Kt * u**2 * left
+        return float(self.law.separation_work(g) + 0.5 * Kt * u**2 * left)
 
 
 def _require_law(law: object) -> None:

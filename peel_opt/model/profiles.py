@@ -19,7 +19,7 @@ from .dimension import LENGTH, NUMBER, Dimension
 from .place import Numbers, Place
 
 
-class Profile(ABC):
+class Distribution(ABC):
     """A factor of the pressure, with its parameters."""
 
     parameters: ClassVar[dict[str, Dimension]] = {}
@@ -42,7 +42,7 @@ class Profile(ABC):
 
 
 @dataclass(frozen=True)
-class Linear(Profile):
+class Linear(Distribution):
     """p = p0 (1 + c s/sbar): it stretches with the detached length."""
 
     c: float
@@ -58,7 +58,7 @@ class Linear(Profile):
 
 
 @dataclass(frozen=True)
-class Exponential(Profile):
+class Exponential(Distribution):
     """p = p0 exp(-s/l): it decays from the tip, in the material."""
 
     length: float
@@ -74,7 +74,7 @@ class Exponential(Profile):
 
 
 @dataclass(frozen=True)
-class Mixed(Profile):
+class Mixed(Distribution):
     """p = p0 (1 - c + c sin^2 theta)."""
 
     c: float
@@ -90,7 +90,7 @@ class Mixed(Profile):
 
 
 @dataclass(frozen=True)
-class Jet(Profile):
+class Jet(Distribution):
     """p = p0 cos^2 theta."""
 
     is_one_when_flat: ClassVar[bool] = True
@@ -101,7 +101,7 @@ class Jet(Profile):
 
 
 @dataclass(frozen=True)
-class Height(Profile):
+class Height(Distribution):
     """p = p0 (y/h)^2."""
 
     height: float
@@ -117,7 +117,7 @@ class Height(Profile):
 
 
 @dataclass(frozen=True)
-class Given(Profile):
+class Given(Distribution):
     """A function of a `Place` of the reader's own."""
 
     function: Callable[[Place], Any]
@@ -132,7 +132,7 @@ class Given(Profile):
         return self.function(at)
 
 
-def linear(c: float) -> Profile:
+def linear(c: float) -> Distribution:
     """Return p = p0 (1 + c s/sbar), linear along the detached length, which it stretches with.
 
     Parameters
@@ -146,12 +146,12 @@ def linear(c: float) -> Profile:
     return Linear(c)
 
 
-def exponential(length: float) -> Profile:
+def exponential(length: float) -> Distribution:
     """Return p = p0 exp(-s/l): a pressure that dies out from the tip over a length [m] of the material."""
     return Exponential(positive("length", length, "m"))
 
 
-def stream() -> Profile:
+def stream() -> Distribution:
     """Return p = p0 sin^2 theta, the normal part of a stream along the plate.
 
     It vanishes on a rod that lies flat: only a flap that is lifted already feels it.
@@ -159,7 +159,7 @@ def stream() -> Profile:
     return Mixed(1.0)
 
 
-def mixed(c: float) -> Profile:
+def mixed(c: float) -> Distribution:
     """Return p = p0 (1 - c + c sin^2 theta), between a uniform pressure (0) and a stream (1)."""
     c = finite("c", c)
     if not 0.0 <= c <= 1.0:
@@ -167,19 +167,19 @@ def mixed(c: float) -> Profile:
     return Mixed(c)
 
 
-def jet() -> Profile:
+def jet() -> Distribution:
     """Return p = p0 cos^2 theta, a pressure that weakens as the rod turns out of it."""
     return Jet()
 
 
-def height(h: float) -> Profile:
+def height(h: float) -> Distribution:
     """Return p = p0 (y/h)^2, the dynamic pressure of a shear layer of height h [m]."""
     return Height(positive("h", h, "m"))
 
 
-def as_profile(profile: object) -> Profile | None:
+def as_profile(profile: object) -> Distribution | None:
     """Return a profile, one made of a function of a `Place`, or None."""
-    if profile is None or isinstance(profile, Profile):
+    if profile is None or isinstance(profile, Distribution):
         return profile
     if callable(profile):
         return Given(profile)

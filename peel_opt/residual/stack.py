@@ -24,8 +24,9 @@ import numpy as np
 
 from ..model.bond import Affine, Piece
 from ..model.equations import SCALARS, Scalars, identity
+from ..model.stretch import shared_kink
 from .closures import EQUATIONS
-from .discretisation import Phases, shared_kink
+from .discretisation import Phases
 from .free_arc import FreeArc
 from .linear import IMAGINARY
 from .spectral import Spectral

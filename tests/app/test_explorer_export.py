@@ -73,10 +73,10 @@ def test_places_run_along_the_branch_and_have_the_answers_of_the_package() -> No
 
 def test_a_place_whose_answer_lies_elsewhere_is_left_out() -> None:
     found = places(START.changed(accuracy="standard"), 6)
-    wrong = precomputed.Place(found[-1].state, found[-1].x, found[0].y)
+    wrong = precomputed.SliderPlace(found[-1].state, found[-1].x, found[0].y)
     assert solved(found[-1]) is not None
     assert solved(wrong) is None
-    assert solved(precomputed.Place(START.changed(lam=-5.0), -5.0, -1.0)) is None
+    assert solved(precomputed.SliderPlace(START.changed(lam=-5.0), -5.0, -1.0)) is None
 
 
 # --- the file -------------------------------------------------------------------------------

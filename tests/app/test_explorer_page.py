@@ -26,14 +26,14 @@ from peel_opt.app.cards import load_card
 from peel_opt.app.cli.main import main
 from peel_opt.app.explorer import page as page_module
 from peel_opt.app.explorer.page import Page
-from peel_opt.app.explorer.screen import Scene
+from peel_opt.app.explorer.screen import Screen
 from peel_opt.app.explorer.server import make_server, open_page
 from peel_opt.app.explorer.state import CHOICES, State
 
 from ..futures import at_once
 
 
-def never(_work: Callable[[], Scene]) -> Future[Scene]:
+def never(_work: Callable[[], Screen]) -> Future[Screen]:
     """Take work and never do it."""
     return Future()
 
@@ -109,9 +109,9 @@ def test_many_values_of_one_drag_make_one_picture() -> None:
 
 
 def test_a_value_released_while_the_browser_paints_makes_one_picture_and_one_solve() -> None:
-    solves: list[Callable[[], Scene]] = []
+    solves: list[Callable[[], Screen]] = []
 
-    def taken(work: Callable[[], Scene]) -> Future[Scene]:
+    def taken(work: Callable[[], Screen]) -> Future[Screen]:
         solves.append(work)
         return Future()
 
@@ -150,9 +150,9 @@ def test_the_slider_of_the_rod_reaches_its_ends(end: str) -> None:
 
 
 def test_a_stale_result_is_not_shown() -> None:
-    waiting: list[tuple[Callable[[], Scene], Future[Scene]]] = []
+    waiting: list[tuple[Callable[[], Screen], Future[Screen]]] = []
 
-    def later(work: Callable[[], Scene]) -> Future[Scene]:
+    def later(work: Callable[[], Screen]) -> Future[Screen]:
         waiting.append((work, Future()))
         return waiting[-1][1]
 
@@ -167,8 +167,8 @@ def test_a_stale_result_is_not_shown() -> None:
 
 
 def test_a_failing_computation_leaves_the_page_alive() -> None:
-    def broken(_work: Callable[[], Scene]) -> Future[Scene]:
-        future: Future[Scene] = Future()
+    def broken(_work: Callable[[], Screen]) -> Future[Screen]:
+        future: Future[Screen] = Future()
         future.set_exception(RuntimeError("<b>boom</b>"))
         return future
 

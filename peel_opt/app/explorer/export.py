@@ -18,8 +18,8 @@ from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium
 from ...base.files import atomic_write
 from ...base.progress import progress
 from ...base.units import display
-from .precomputed import Place, Relative, places, relatives, solved, with_own
-from .screen import Scene
+from .precomputed import Relative, SliderPlace, places, relatives, solved, with_own
+from .screen import Screen
 from .state import State
 
 #: Places along each branch.
@@ -52,7 +52,7 @@ class Tally:
     certificate: float = 0.0
     own: bool = False  # the state that was asked for is among them
 
-    def add(self, scene: Scene | None) -> None:
+    def add(self, scene: Screen | None) -> None:
         """Count a place, solved or not."""
         self.asked += 1
         if scene is None or scene.answer is None:
@@ -123,7 +123,7 @@ def _page(problems: tuple[Relative, ...], points: int) -> str:
     from .export_page import ExportPage
 
     page, tally = ExportPage(), Tally()
-    planned: list[tuple[Relative, tuple[Place, ...], int]] = []
+    planned: list[tuple[Relative, tuple[SliderPlace, ...], int]] = []
     for problem in problems:
         found = places(problem.state, points)
         start = 0

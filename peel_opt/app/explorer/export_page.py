@@ -26,7 +26,7 @@ from bokeh.models import (
 from . import look
 from .downloads import picture
 from .panels import FourPanels, Updates, apply
-from .screen import Scene
+from .screen import Screen
 from .spoken import spoken
 from .texts import notes, text_box
 
@@ -157,10 +157,10 @@ class ExportPage:
         self._spans: list[tuple[int, int]] = []
         self._names: list[str] = []
         self._places: list[tuple[float, float]] = []
-        self._start: tuple[int, int, Scene] | None = None
-        self._scenes: dict[int, Scene] = {}
+        self._start: tuple[int, int, Screen] | None = None
+        self._scenes: dict[int, Screen] = {}
 
-    def take(self, scene: Scene) -> int:
+    def take(self, scene: Screen) -> int:
         """Take down a scene that has an answer, and return its number."""
         updates = self._updates(scene)
         # Ranges are kept from one picture to the next.
@@ -185,7 +185,7 @@ class ExportPage:
                 self._start = len(self._spans) - 1, at - first, self._scenes[at]
         self._scenes.clear()
 
-    def _updates(self, scene: Scene) -> Updates:
+    def _updates(self, scene: Screen) -> Updates:
         rows = "".join(
             f'<tr><td style="vertical-align:top; padding-right:8px">{html.escape(part.name)}</td>'
             f"<td>{html.escape(part.error)}, {html.escape(part.method)}</td></tr>"

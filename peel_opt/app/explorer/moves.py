@@ -15,7 +15,7 @@ from ...plots.diagram import coordinates
 from ...plots.words import AxisUnit, length_unit, pressure_unit
 from .curves import Curve, window
 from .loops import LoopFrame, LoopSweep
-from .screen import Scene
+from .screen import Screen
 from .state import CHOICES, State
 
 #: Units of the numbers of a rod.
@@ -81,7 +81,7 @@ def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> Stat
     return state.changed(**{field: value, "near": near})
 
 
-def picked(scene: Scene, x: float, y: float) -> State | None:
+def picked(scene: Screen, x: float, y: float) -> State | None:
     """Return the state of the branch nearest to a click on the diagram; None where there is none."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return None

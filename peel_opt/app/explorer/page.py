@@ -23,7 +23,7 @@ from .downloads import address, outbox, picture
 from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
-from .screen import Scene, full_scene, live_scene
+from .screen import Screen, full_scene, live_scene
 from .spoken import spoken
 from .state import State
 from .state_cards import to_card
@@ -38,7 +38,7 @@ FRAME = 90
 
 _WORKERS = ThreadPoolExecutor(max_workers=2, thread_name_prefix="peel-opt-explore")
 
-Submit = Callable[[Callable[[], Scene]], "Future[Scene]"]
+Submit = Callable[[Callable[[], Screen]], "Future[Screen]"]
 
 
 class Page:
@@ -189,19 +189,19 @@ class Page:
         token, state = self._token, self.state
         self._costs("; solving …")
 
-        def work() -> Scene:
+        def work() -> Screen:
             if token != self._token:
                 return self.scene  # nobody waits for it any more
             return full_scene(state)
 
         self._submit(work).add_done_callback(partial(self._done, token))
 
-    def _done(self, token: int, future: Future[Scene]) -> None:
+    def _done(self, token: int, future: Future[Screen]) -> None:
         # In the thread of the work: the document may only be touched from its own.
         if token == self._token and not future.cancelled():
             self.doc.add_next_tick_callback(partial(self._deliver, token, future))
 
-    def _deliver(self, token: int, future: Future[Scene]) -> None:
+    def _deliver(self, token: int, future: Future[Screen]) -> None:
         if token != self._token:
             return
         error = future.exception()

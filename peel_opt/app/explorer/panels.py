@@ -29,7 +29,7 @@ from ...plots import style
 from ...plots.panels import Arrows, Line, Mark, Panel
 from ...plots.words import plain
 from . import look
-from .screen import Scene
+from .screen import Screen
 from .texts import headline, text_box, wrapped
 
 #: What to set: models with their properties.
@@ -295,7 +295,7 @@ class FourPanels:
             styles={"background": look.PAPER},  # of the saved picture too
         )
 
-    def updates(self, scene: Scene) -> Updates:
+    def updates(self, scene: Screen) -> Updates:
         """Return what shows a scene."""
         return [
             *self.moving(scene),
@@ -303,7 +303,7 @@ class FourPanels:
             *self.loop.updates(scene.headings["loop"], scene.loop, scene.no_loop),
         ]
 
-    def moving(self, scene: Scene) -> Updates:
+    def moving(self, scene: Screen) -> Updates:
         """Return what changes with every frame of a sweep."""
         return [
             *self.rod.updates("Rod", scene.rod, "no such state: see below"),

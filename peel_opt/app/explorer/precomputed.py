@@ -14,7 +14,7 @@ from ...model.rod import RATIOS
 from ...plots.diagram import coordinates
 from .curves import traced
 from .loops import OFF_FOLD
-from .screen import Scene, full_scene
+from .screen import Screen, full_scene
 from .state import State
 
 #: Relatives of a state: its beta0 and its eta/y0, times these.
@@ -33,7 +33,7 @@ ELSEWHERE = 0.02
 
 
 @dataclass(frozen=True)
-class Place:
+class SliderPlace:
     """A state to be solved, and where its branch has it: (x, y) in the coordinates of the diagram."""
 
     state: State
@@ -104,7 +104,7 @@ def _relative(state: State, value: float, *, asked: bool) -> Relative:
     return Relative(f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked)
 
 
-def places(state: State, count: int) -> tuple[Place, ...]:
+def places(state: State, count: int) -> tuple[SliderPlace, ...]:
     """Return places spread along the branch that leaves T, as it is drawn.
 
     Parameters
@@ -115,7 +115,7 @@ def places(state: State, count: int) -> tuple[Place, ...]:
 
     Returns
     -------
-    tuple of Place
+    tuple of SliderPlace
         From T on.  A rod is asked for its length given the pressure: well posed at all of them but the
         minimum pressure, as lambda is but at the fold; there the place is a little after it.
 
@@ -150,7 +150,9 @@ def places(state: State, count: int) -> tuple[Place, ...]:
             label = str(branch.state[after])
         # At a given lambda or pressure the unfolded ones are unique; without a search for others.
         near = float(answer[row]) if label == "folded" else None
-        found.append(Place(asked.at(value).changed(label=label, near=near), float(x[row]), float(y[row])))
+        found.append(
+            SliderPlace(asked.at(value).changed(label=label, near=near), float(x[row]), float(y[row]))
+        )
     return tuple(found)
 
 
@@ -160,12 +162,12 @@ def _along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.hypot(u, v))])
 
 
-def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...], int, bool]:
+def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[SliderPlace, ...], int, bool]:
     """Let the state itself take the place nearest to it.
 
     Returns
     -------
-    places : tuple of Place
+    places : tuple of SliderPlace
     nearest : int
         The number of the place at or nearest to the state; the first where there is no such state.
     shown : bool
@@ -182,10 +184,10 @@ def with_own(found: tuple[Place, ...], state: State) -> tuple[tuple[Place, ...],
     eq = scene.equilibrium
     if eq is None or eq.state not in _LABELS or scene.off_branch > ELSEWHERE:
         return found, nearest, False
-    return (*found[:nearest], Place(state, *here), *found[nearest + 1 :]), nearest, True
+    return (*found[:nearest], SliderPlace(state, *here), *found[nearest + 1 :]), nearest, True
 
 
-def solved(place: Place) -> Scene | None:
+def solved(place: SliderPlace) -> Screen | None:
     """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
     try:
         scene = full_scene(place.state)

@@ -1,4 +1,4 @@
-"""`Scene`: the four linked panels of a `State`, what each cost, and what must be said about them."""
+"""`Screen`: the four linked panels of a `State`, what each cost, and what must be said about them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Screen:
     """Everything on the screen.
 
     Parameters
@@ -108,7 +108,7 @@ class Scene:
 
 def live_scene(
     state: State, *, best: Curve | None = None, before: Equilibrium | None = None, budget: float = BUDGET
-) -> Scene:
+) -> Screen:
     """Return a picture that keeps up with a slider: some 10 ms once the program is warm.
 
     Parameters
@@ -123,7 +123,7 @@ def live_scene(
 
     Returns
     -------
-    Scene
+    Screen
         With ``full`` False.  Numerical trouble is a message in it; nothing is raised.
     """
     began = time.perf_counter()
@@ -144,12 +144,12 @@ def live_scene(
     return _scene(state, found, curve, _landscape(state, beta0, local), local, began, full=False)
 
 
-def full_scene(state: State) -> Scene:
+def full_scene(state: State) -> Screen:
     """Return the picture solved and traced to the accuracy of the state.
 
     Returns
     -------
-    Scene
+    Screen
         With ``full`` True.  Numerical trouble is a message in it; nothing is raised.
     """
     began = time.perf_counter()
@@ -235,7 +235,7 @@ def _scene(
     began: float,
     *,
     full: bool,
-) -> Scene:
+) -> Screen:
     """Put the panels together."""
     eq, own = found.equilibrium, state.rod
     here = _place(state, eq, curve.branch)
@@ -288,7 +288,7 @@ def _scene(
     if off_branch:
         where = "Its own is dotted." if full else "Its own is drawn when the slider rests."
         warnings = (*(said for said in warnings if said != OFF_BRANCH), f"{OFF_BRANCH} {where}")
-    return Scene(
+    return Screen(
         state=state,
         full=full,
         answer=None if eq is None else answer_of(eq),

@@ -7,19 +7,19 @@ import io
 from collections.abc import Iterator
 
 from ...plots.words import plain
-from .screen import Scene
+from .screen import Screen
 
 COLUMNS = ("panel", "series", "x", "y", "x_quantity", "y_quantity")
 
 Row = tuple[str, str, float, float, str, str]
 
 
-def scene_csv(scene: Scene) -> str:
+def scene_csv(scene: Screen) -> str:
     """Return everything drawn as CSV: one row for each point, under comments that say what it is.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Screen
 
     Returns
     -------
@@ -45,7 +45,7 @@ def scene_csv(scene: Scene) -> str:
     return text.getvalue()
 
 
-def _rows(scene: Scene) -> Iterator[Row]:
+def _rows(scene: Screen) -> Iterator[Row]:
     panels = (
         ("rod", scene.rod),
         ("diagram", scene.diagram),

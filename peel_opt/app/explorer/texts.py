@@ -9,7 +9,7 @@ import textwrap
 from bokeh.models import Div
 
 from . import look
-from .screen import Scene
+from .screen import Screen
 
 
 def text_box(name: str, role: str, width: int) -> Div:
@@ -25,7 +25,7 @@ def text_box(name: str, role: str, width: int) -> Div:
     return box
 
 
-def headline(scene: Scene) -> str:
+def headline(scene: Screen) -> str:
     """Return the answer with its error, and what kind of state it is."""
     answer = scene.answer
     words = html.escape(scene.state.words)
@@ -56,7 +56,7 @@ def wrapped(text: str, width: int = 52) -> str:
     return "\n".join(textwrap.wrap(text, width))
 
 
-def notes(scene: Scene, messages: tuple[str, ...]) -> str:
+def notes(scene: Screen, messages: tuple[str, ...]) -> str:
     """Return what must be said: messages and missing states first, then warnings."""
     urgent = [*messages, *([scene.message] if scene.message else [])]
     calm = [*scene.warnings, *([] if scene.sweep is None else [scene.sweep.note])]
@@ -64,7 +64,7 @@ def notes(scene: Scene, messages: tuple[str, ...]) -> str:
     return "<br>".join([*lines, *(html.escape(text) for text in calm)])
 
 
-def costs(scene: Scene, doing: str) -> str:
+def costs(scene: Screen, doing: str) -> str:
     """Return what the picture cost and how far to trust it, part by part."""
     kind = "Full picture" if scene.full else "Quick picture"
     rows = "".join(
