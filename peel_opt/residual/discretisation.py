@@ -288,7 +288,7 @@ class Discretisation(ABC):
         lengths = profile.lengths[keep] / profile.lengths[keep].sum()
         phases = tuple(piece for piece, kept in zip(self.phases, keep, strict=True) if kept)
         problem = self.settings.discretise(phases)
-        return problem, problem.pack(Profile(lengths, profile.values[keep], profile.scalars))
+        return problem, problem.pack(replace(profile, lengths=lengths, values=profile.values[keep]))
 
     def profile(self, x: np.ndarray) -> Profile:
         """Sample a solution."""

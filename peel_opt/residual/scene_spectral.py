@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
+from ..model.equations import Scalars
 from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
@@ -113,13 +114,18 @@ class SceneDiscretisation(SpectralDiscretisation):
 
     def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
         super().__init__(settings, phases, len(settings.unknown))  # type: ignore[arg-type]
-        self.form = _compiled_form(settings.scene.form, settings.mesh, settings.free, phases, _Key(self))
+        self.equations = _compiled_form(settings.scene.form, settings.mesh, settings.free, phases, _Key(self))
         self.numbers = ca.DM(list(settings.given.values()))
+
+    @property
+    def form(self) -> type[Scalars]:
+        """What stands for the scalars among the unknowns: they themselves."""
+        return Scalars
 
     @cached_property
     def expression(self) -> ca.MX:
         """The residual, at the numbers of this scene."""
-        return self.form.residual(self.x, self.numbers)
+        return self.equations.residual(self.x, self.numbers)
 
     def residual_expression(self) -> ca.MX:
         """Bending at the nodes, the front, Theta(1) = 0, the switches, and what the tip adds."""
@@ -127,12 +133,12 @@ class SceneDiscretisation(SpectralDiscretisation):
 
     def linearised_expressions(self) -> tuple[ca.MX, ca.MX]:
         """Return the residual and its Jacobian."""
-        residual, jacobian = self.form.linearised(self.x, self.numbers)
+        residual, jacobian = self.equations.linearised(self.x, self.numbers)
         return residual, jacobian
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """`SAMPLED` at the same local coordinates in every phase."""
-        return self.form.sampler(zeta)(self.x, self.numbers)
+        return self.equations.sampler(zeta)(self.x, self.numbers)
 
     def found(self, x: np.ndarray) -> dict[str, float]:
         """Return all numbers of the scene in a solution, "pressure" and "ratio" among them."""
@@ -142,7 +148,7 @@ class SceneDiscretisation(SpectralDiscretisation):
 
     def ends(self, x: np.ndarray) -> tuple[Place, Place, float]:
         """Return the tip, the bonded place nearest to it, and the work of the loads in the identity."""
-        places, work = self.form.ends(x, self.numbers)
+        places, work = self.equations.ends(x, self.numbers)
         rows, sbar = np.array(places), self.scalars(x).sigma
         tip = Place(0.0, sbar, *rows[-1, 1:].tolist())
         if not self.settings.scene.unbonded:
