@@ -22,7 +22,7 @@ from bokeh.document import Document
 
 from peel_opt.app.explorer.curves import traced
 from peel_opt.app.explorer.page import Page
-from peel_opt.app.explorer.screen import Scene, full_scene
+from peel_opt.app.explorer.screen import Screen, full_scene
 from peel_opt.app.explorer.server import warm_up
 from peel_opt.app.explorer.state import CHOICES, State
 
@@ -53,7 +53,7 @@ DRAGS: dict[str, tuple[State, str, np.ndarray]] = {
 }
 
 
-def never(_work: Callable[[], Scene]) -> Future[Scene]:
+def never(_work: Callable[[], Screen]) -> Future[Screen]:
     """Take work and never do it: what is measured is the moving picture."""
     return Future()
 
