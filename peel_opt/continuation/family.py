@@ -41,6 +41,9 @@ FLAT = 0.05
 #: Width of the bracket, in arclength, at which a fold counts as located.
 FOLD_WIDTH = 1e-11
 
+#: Tip angle [rad] by which a solution may lie beyond a point that it coincides with.
+SLACK = 1e-9
+
 #: Share of its smaller miss at two points at which their interpolation, which is not exact, meets a closure.
 MET = 1e-4
 
@@ -182,6 +185,9 @@ class Family:
                 found = self.solve(start.profile, other)
                 if found is None or _past_a_corner(low, found[0], high):
                     continue
+                problem, result = found
+                if turning(low, high) and not _within(low, high, problem.scalars(result.x).A):
+                    continue
                 if self.between(low, high, place_of(*found)):
                     return found
             share = min(max(a / (a - b), 0.1), 0.9) if a != b else 0.5
@@ -213,7 +219,9 @@ class Family:
         result = correct(problem, start, (*self.closures, other))
         if not result.converged:
             result = correct_sharply(problem, start, (*self.closures, other)) or result
-        if not result.converged or not self.between(here, there, place_of(problem, result)):
+        if not result.converged or not _within(here, there, problem.scalars(result.x).A):
+            return None
+        if not self.between(here, there, place_of(problem, result)):
             return None
         profile = problem.profile(result.x)
         return (problem, result) if self.suits(profile, problem) and is_flat(profile) else None
@@ -260,6 +268,12 @@ class Family:
         if found is not here and found is not there:
             found = replace(found, arclength=arclength_between(here, there, found.place))
         return found, (start, start + max(span, 0.0))
+
+
+def _within(here: Point, there: Point, A: float) -> bool:
+    """Whether a tip angle lies between those of two points: past a fold, which is one, there is a twin."""
+    low, high = sorted((here.scalars.A, there.scalars.A))
+    return low - SLACK <= A <= high + SLACK
 
 
 def _meets(other: Closure, here: Point, there: Point) -> float:

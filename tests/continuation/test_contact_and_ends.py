@@ -306,3 +306,19 @@ def test_a_walk_starts_from_a_tip_that_is_held() -> None:
     branch = po.trace(beta0=4, lam=(lam - 10, lam + 10), mode=2, points=12)
     walk = po.Walk(branch[3], hold="beta0", law=LINEAR)
     assert len(list(islice(walk, 3))) == 3
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 20.0, 101.04308759923538, 126.6664368738798, 134.68880193926915])
+def test_beside_the_least_pressure_each_state_is_on_its_side_of_it(ratio: float) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    limit = po.readhesion_pressure(rod)
+    for above in (1e-8, 1e-6, 1e-5, 1e-4):
+        P = limit.pressure_ratio + above * min(limit.pressure_ratio, 1.0 - limit.pressure_ratio)
+        turned = [
+            -po.length_given_pressure(rod, P, state=state, method=method, tol=1e-6).tip_angle
+            for state in ("unfolded", "folded")
+            for method in ("auto", po.Spectral(36))
+        ]
+        assert max(turned[:2]) < min(turned[2:])
+        assert turned[0] == pytest.approx(turned[1], abs=1e-6)
+        assert turned[2] == pytest.approx(turned[3], abs=1e-6)
