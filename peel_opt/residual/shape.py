@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
@@ -64,6 +65,16 @@ class Solution:
         return sample_shape(self.problem, self.x)
 
 
+@lru_cache(maxsize=1)
+def _integrals() -> np.ndarray:
+    """Matrix from values at the quadrature points of a phase of length 1 to integrals up to dense ones."""
+    nodes, _ = chebyshev(QUADRATURE_POINTS)
+    series = cheb.chebfit(2.0 * nodes - 1.0, np.eye(QUADRATURE_POINTS), QUADRATURE_POINTS - 1)
+    dense = np.linspace(-1.0, 1.0, DENSE_POINTS)
+    integrals: np.ndarray = 0.5 * cheb.chebval(dense, cheb.chebint(series, lbnd=-1)).T
+    return integrals
+
+
 def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     """Sample a solution at ``DENSE_POINTS`` points per phase, kinks included once."""
     problem, unknowns = problem.without_points(unknowns)
@@ -78,10 +89,7 @@ def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     x_start = 0.0
     for j in range(phases):
         Theta, K, nx, ny, Y = values[j, :DENSE_POINTS].T * scalars.A
-        series = cheb.chebfit(
-            2 * nodes - 1, np.cos(scalars.A * values[j, DENSE_POINTS:, 0]), QUADRATURE_POINTS - 1
-        )
-        x = x_start + 0.5 * lengths[j] * cheb.chebval(2 * dense - 1, cheb.chebint(series, lbnd=-1))
+        x = x_start + lengths[j] * (_integrals() @ np.cos(scalars.A * values[j, DENSE_POINTS:, 0]))
         x_start = x[-1]
         keep = slice(0 if j == 0 else 1, None)
         columns.append(np.stack([starts[j] + lengths[j] * dense, x, Y, Theta, K, nx, ny])[:, keep])
