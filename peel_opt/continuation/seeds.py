@@ -87,7 +87,7 @@ class Rods:
 
     def along(self) -> tuple[np.ndarray, np.ndarray]:
         """1 - P (ln P, if the tip has left y0) and ln(sigma) at `shares`, shape (rods, places)."""
-        basis = np.ascontiguousarray(_basis(shares(), self._degree).T)
+        basis = _places(self._degree)
         amplitude, pressure, length = (
             np.ascontiguousarray(self.coefficients[:, :, k])[:, None, :] @ basis for k in (-3, -2, -1)
         )
@@ -112,6 +112,12 @@ class Rods:
 def _basis(share: np.ndarray, degree: int) -> np.ndarray:
     """Chebyshev polynomials between 0 and 1, in rows of one piece, as products expect them."""
     return np.ascontiguousarray(chebyshev.chebvander(2.0 * share - 1.0, degree))
+
+
+@lru_cache(maxsize=8)
+def _places(degree: int) -> np.ndarray:
+    """The polynomials at `shares`, in columns."""
+    return np.ascontiguousarray(_basis(shares(), degree).T)
 
 
 def packed(stack: Stack, x: np.ndarray) -> np.ndarray:

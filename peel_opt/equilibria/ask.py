@@ -17,6 +17,7 @@ from .closed_form import closed_form
 from .methods import Answer, Method, as_method, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
+from .seeded import seeded
 from .select import select
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
@@ -257,7 +258,7 @@ def _certified(question: Question, method: Method, tol: float) -> Equilibrium:
             return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
         if method.transcription is not None:
             method = replace(method, series=())
-    chosen, spacing, walked = select(question)
+    chosen, spacing, walked = seeded(question) or select(question)
     solved = solve_to_tolerance(question, chosen.solution, method, tol)
     result = certify(question, chosen.state, solved, tol)
     own = question.read(chosen.profile.scalars)
