@@ -124,10 +124,11 @@ def test_a_kind_of_special_point_that_does_not_exist_is_no_empty_answer() -> Non
         branch.special("LP")
 
 
-def test_nobody_promises_that_a_flaw_is_safe() -> None:
-    for name in ("critical_flaw", "safe_pressure"):
-        with pytest.raises(AttributeError):
-            getattr(po, name)
+@pytest.mark.parametrize("share", [0.4, 0.7])
+def test_what_a_pressure_holds_open_is_no_critical_flaw(share: float) -> None:
+    """It contains the cohesive zone: an edge without glue snaps when it is shorter by factors."""
+    rod = po.Rod.from_ratio(1.0)
+    assert po.critical_flaw(rod, share).flaw < 0.5 * held_length(rod, share).length
 
 
 def test_limits_under_another_law() -> None:
