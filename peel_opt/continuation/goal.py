@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..base.errors import NoEquilibrium, NotConverged
@@ -27,16 +30,21 @@ class Goal:
         The given number, of a kind in `READINGS`.
     anywhere : bool
         Whether also the folded states are meant, beyond the minimum pressure.
+    deadline : float
+        Of ``time.perf_counter``, after which nothing is walked on.
     """
 
     target: Closure
     anywhere: bool = False
+    deadline: float = math.inf
 
     def passed(self, branch: PrimaryBranch) -> bool:
         """Whether a walk has passed every state that may be meant."""
         s, target = branch.points[-1].scalars, self.target
         reached = READINGS[target.kind](s)
-        if branch.side < 0 or target.kind == "lam":
+        if target.kind == "lam":
+            return left_for_good(branch, (target.value, target.value))
+        if branch.side < 0:
             return len(branch.points) > 1 and reached > target.value
         # p may fall for ever while the length grows.
         endless = not branch.family.law.branch_ends and len(branch.points) > ENDLESS
@@ -46,13 +54,16 @@ class Goal:
             return True
         if target.kind == "pressure":
             return reached < target.value
-        if target.kind == "length":
-            return s.pressure_ratio < 0.0 and reached > target.value
-        return endless
+        return s.pressure_ratio < 0.0 and reached > target.value if target.kind == "length" else endless
 
-    def walk(self, branch: PrimaryBranch) -> None:
-        """Walk on until it has."""
-        branch.extend(lambda _: self.passed(branch))
+    def walk(self, branch: PrimaryBranch, enough: Callable[[], bool] | None = None) -> None:
+        """Walk on until it has, or until ``enough`` is true, or until the time is up."""
+        far = enough or (lambda: self.passed(branch))
+        branch.extend(lambda _: far() or time.perf_counter() > self.deadline)
+
+    def cut_short(self, branch: PrimaryBranch) -> bool:
+        """Whether the time was up before a walk had passed every state that may be meant."""
+        return not branch.ended and not self.passed(branch)
 
 
 def left_for_good(branch: PrimaryBranch, window: tuple[float, float]) -> bool:

@@ -12,6 +12,7 @@ and knows its folds, hence which part of it a state belongs to:
 from __future__ import annotations
 
 import threading
+import time
 from bisect import insort
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -125,6 +126,11 @@ class PrimaryBranch:
     control : StepControl
     longest : int
         Points after which the walk ends without an end of the branch.
+
+    Attributes
+    ----------
+    seconds : float
+        Time it has been walked for, by all who asked for more of it.
     """
 
     family: Family
@@ -136,6 +142,7 @@ class PrimaryBranch:
     folds: list[Located] = field(default_factory=list)
     contact: Located | None = None
     ended: str = ""
+    seconds: float = 0.0
     _walk: Iterator[Point] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -143,6 +150,7 @@ class PrimaryBranch:
     def extend(self, enough: Callable[[Point], bool]) -> None:
         """Walk on until ``enough`` is true of the last point, or the branch ends."""
         with self._lock:
+            began = time.perf_counter()
             try:
                 if self._walk is None:
                     self._walk = self._start()
@@ -157,6 +165,8 @@ class PrimaryBranch:
                 self.folds.clear()
                 self.contact = None
                 raise
+            finally:
+                self.seconds += time.perf_counter() - began
 
     def _start(self) -> Iterator[Point]:
         start = first_point(self.family, self.mode)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +10,7 @@ from dataclasses import replace
 from ..base.checks import positive
 from ..base.errors import NotCertified, NotConverged, PeelOptError
 from ..base.threads import one_thread
+from ..continuation.points import SolvedState
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod
 from ..residual.discretisation import Transcription
@@ -18,13 +20,10 @@ from .methods import Answer, Method, as_method, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
 from .seeded import seeded
-from .select import select
+from .select import THROUGH, BranchSearch, nearby, select
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05
-
-#: Share of ``near`` within which an answer counts as near.
-NEARBY = 0.1
 
 
 def pressure_given_length(
@@ -238,7 +237,10 @@ def _guarded(
 
 @one_thread
 def solve_question(
-    question: Question, method: str | Method | Transcription = "auto", tol: float = 1e-8
+    question: Question,
+    method: str | Method | Transcription = "auto",
+    tol: float = 1e-8,
+    search: BranchSearch = THROUGH,
 ) -> Equilibrium:
     """Find the state a question means, solve for it and certify the answer.
 
@@ -247,10 +249,10 @@ def solve_question(
     NoEquilibrium, AmbiguousState, OutOfRange, NotConverged, NotCertified
         As `pressure_given_length`.
     """
-    return question.stamped(_certified(question, as_method(method), positive("tol", tol)))
+    return question.stamped(_certified(question, as_method(method), positive("tol", tol), search))
 
 
-def _certified(question: Question, method: Method, tol: float) -> Equilibrium:
+def _certified(question: Question, method: Method, tol: float, search: BranchSearch) -> Equilibrium:
     began = time.perf_counter()
     if method.series and question.near is None and question.state != "folded":
         summed = _summed(question, method, tol)
@@ -258,34 +260,68 @@ def _certified(question: Question, method: Method, tol: float) -> Equilibrium:
             return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
         if method.transcription is not None:
             method = replace(method, series=())
-    chosen, spacing, walked = seeded(question) or select(question)
-    solved = solve_to_tolerance(question, chosen.solution, method, tol)
-    result = certify(question, chosen.state, solved, tol)
-    own = question.read(chosen.profile.scalars)
+    chosen, spacing, walked = seeded(question) or select(question, search)
+    result = solve_from(chosen.solution, question, chosen.state, method, tol, spacing)
+    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
+    return require_certified(question, replace(result, stats=stats))
+
+
+def solve_from(
+    start: SolvedState, question: Question, state: str, method: Method, tol: float, spacing: float = math.inf
+) -> Equilibrium:
+    """Solve for the state that a question means from a solution of it on another mesh.
+
+    Parameters
+    ----------
+    start : SolvedState
+    question : Question
+    state : str
+        Its label.
+    method : Method
+    tol : float
+    spacing : float
+        How far off the answer of the next state is.
+
+    Returns
+    -------
+    Equilibrium
+        Certified or not.
+
+    Raises
+    ------
+    NotConverged
+        If the method fails, or leaves the state.
+    """
+    solved = solve_to_tolerance(question, start, method, tol)
+    result = certify(question, state, solved, tol)
+    own = question.read(start.profile.scalars)
     jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
     if jumped:
         raise NotConverged(
-            f"{question.words}: {result.stats.method} left the {chosen.state} state it was started at.",
+            f"{question.words}: {result.stats.method} left the {state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
         )
-    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
-    result = replace(result, stats=stats, flags=result.flags + _distance(question, result.answer))
-    if not result.certified:
-        raise NotCertified(
-            f"{question.words}: found {question.asked} = {result.answer:.8g}, but its error"
-            f" {result.error:.1e} or its certificate {result.certificate:.1e} exceeds tol = {tol:.1e}"
-            f" (condition of the question {stats.condition:.1e}).",
-            remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
-            candidates=(result,),
-        )
-    return result
+    far = () if nearby(question, result.answer) else (f"far from near={question.near:.4g}",)
+    return replace(result, flags=result.flags + far)
 
 
-def _distance(question: Question, answer: float) -> tuple[str, ...]:
-    """Flag an answer that was asked for by value and is not near it."""
-    if question.near is None or abs(answer - question.near) <= NEARBY * (abs(question.near) + NEARBY):
-        return ()
-    return (f"far from near={question.near:.4g}",)
+def require_certified(question: Question, found: Equilibrium) -> Equilibrium:
+    """Return an answer that is certified.
+
+    Raises
+    ------
+    NotCertified
+        If it is not.
+    """
+    if found.certified:
+        return found
+    raise NotCertified(
+        f"{question.words}: found {question.asked} = {found.answer:.8g}, but its error"
+        f" {found.error:.1e} or its certificate {found.certificate:.1e} exceeds tol = {found.tol:.1e}"
+        f" (condition of the question {found.stats.condition:.1e}).",
+        remedy="Give a larger tol or a finer method; near a fold the question itself loses digits.",
+        candidates=(found,),
+    )
 
 
 def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:

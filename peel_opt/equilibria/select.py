@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -10,11 +12,12 @@ import numpy as np
 
 from ..base.errors import AmbiguousState, NoEquilibrium, NotConverged, OutOfRange, PeelOptError
 from ..continuation.ends import beside_folds, sharpened
-from ..continuation.goal import ENDLESS
+from ..continuation.goal import ENDLESS, Goal
 from ..continuation.isobars import states_near
 from ..continuation.landing import UNFINISHED
 from ..continuation.points import Point
 from ..continuation.primary import Candidate, PrimaryBranch, primary_branch
+from ..model.bond import CohesiveLaw
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.closures import READINGS, Closure
@@ -22,6 +25,39 @@ from .question import PRESSURE, Question
 
 #: Distance of two answers, as a share of ``near``, within which they are one.
 SAME = 1e-7
+
+
+#: Share of ``near`` within which an answer counts as near.
+NEARBY = 0.1
+
+
+@dataclass(frozen=True)
+class BranchSearch:
+    """Along which branches the state that a question means is looked for, and how long.
+
+    Parameters
+    ----------
+    branch : callable
+        From a law, a closure and a side to the branch, walked as far as it may be.
+    path : Closure, optional
+        What stays fixed along it where that is not `Question.path`: of the paper's groups, their beta0.
+    deadline : float
+        Of ``time.perf_counter``, after which no branch is walked on, here or later by who asks again.
+        What had not been come to is not said not to exist.  Off the branch nothing is looked for then.
+    """
+
+    branch: Callable[[CohesiveLaw, Closure, int], PrimaryBranch] = primary_branch
+    path: Closure | None = None
+    deadline: float = math.inf
+
+    def goal(self, question: Question) -> Goal:
+        """How far along the branch the states that are meant may lie."""
+        target = question.target if self.path is None else question.given[1]
+        return replace(question.goal, target=target, deadline=self.deadline)
+
+
+#: As far as it takes.
+THROUGH = BranchSearch()
 
 
 class Selected(NamedTuple):
@@ -41,7 +77,7 @@ class Selected(NamedTuple):
     walked: int
 
 
-def select(question: Question) -> Selected:
+def select(question: Question, search: BranchSearch = THROUGH) -> Selected:
     """Follow the branch as far as the question needs and pick the state it means.
 
     Raises
@@ -49,25 +85,29 @@ def select(question: Question) -> Selected:
     NoEquilibrium, AmbiguousState, OutOfRange, NotConverged
         If there is none, there are several, or what is left of the branch is not known.
     """
-    closure = question.path
-    branch = primary_branch(question.effective_law, closure, -1 if question.state == "spurious" else 1)
-    question.goal.walk(branch)
-    found = branch.candidates(question.target)
+    closure, goal = search.path or question.path, search.goal(question)
+    branch = search.branch(question.effective_law, closure, -1 if question.state == "spurious" else 1)
+    goal.walk(branch)
+    found = branch.candidates(goal.target)
     if question.near is not None:
-        found = found + _off_the_branch(closure, question)
+        found = found + _off_the_branch(closure, question, search)
     fitting = [c for c in found if question.fits(c.state)]
     if not fitting and not branch.family.law.softens:
-        branch.extend(lambda _: False)  # its first fold in pressure need not be the minimum
-        found = branch.candidates(question.target)
+        goal.walk(branch, _never)  # its first fold in pressure need not be the minimum
+        found = branch.candidates(goal.target)
         fitting = [c for c in found if question.fits(c.state)]
     if not fitting:
-        fitting = [c for c in beside_folds(branch, question.target) if question.fits(c.state)]
+        fitting = [c for c in beside_folds(branch, goal.target) if question.fits(c.state)]
         found = found + fitting
     if not fitting:
-        raise _nothing_fits(branch, question, found)
+        raise _nothing_fits(branch, question, search, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
-    elif branch.ended in UNFINISHED and not question.goal.passed(branch):
+        if _unseen(branch, question, search) and not nearby(question, question.read(chosen.profile.scalars)):
+            raise _cut_short(branch, question)
+    elif goal.cut_short(branch):
+        raise _cut_short(branch, question)
+    elif branch.ended in UNFINISHED and not goal.passed(branch):
         raise _not_followed(branch, question, True)  # the state meant may lie beyond
     elif len(fitting) > 1 and not any(c.state in UNFOLDED for c in fitting):
         values = [question.read(c.profile.scalars) for c in fitting]
@@ -87,17 +127,35 @@ def select(question: Question) -> Selected:
     return Selected(chosen, spacing, len(branch.points))
 
 
-def _off_the_branch(closure: Closure, question: Question) -> list[Candidate]:
+def nearby(question: Question, answer: float) -> bool:
+    """Whether an answer is near the one sought, if one is."""
+    near = question.near
+    return near is None or abs(answer - near) <= NEARBY * (abs(near) + NEARBY)
+
+
+def _never() -> bool:
+    return False
+
+
+def _unseen(branch: PrimaryBranch, question: Question, search: BranchSearch) -> bool:
+    """Whether the state that is meant may lie where there was no time to look."""
+    anywhere = question.near is not None and question.state is None
+    return (anywhere and math.isfinite(search.deadline)) or search.goal(question).cut_short(branch)
+
+
+def _off_the_branch(closure: Closure, question: Question, search: BranchSearch) -> list[Candidate]:
     """States that are not on the detached primary branch, near the answer sought."""
-    if question.near is None or question.target.kind != "length":
+    goal = search.goal(question)
+    if question.near is None or goal.target.kind != "length":
         return []
-    law, beta0 = question.effective_law, question.target.value**3
+    law, beta0 = question.effective_law, goal.target.value**3
     P = question.near if question.asks.asked is PRESSURE else 1.0 + question.near / beta0
     if P < 1.0:
-        return states_near(law, closure.value, question.target.value, P)
-    beyond = primary_branch(law, closure, -1)
-    question.goal.walk(beyond)
-    return beyond.candidates(question.target)
+        in_time = math.isinf(search.deadline)
+        return states_near(law, closure.value, goal.target.value, P) if in_time else []
+    beyond = search.branch(law, closure, -1)
+    goal.walk(beyond)
+    return beyond.candidates(goal.target)
 
 
 def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candidate:
@@ -125,19 +183,24 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
     return next(candidate for distance, candidate in reached if distance <= same)
 
 
-def _nothing_fits(branch: PrimaryBranch, question: Question, found: list[Candidate]) -> PeelOptError:
+def _nothing_fits(
+    branch: PrimaryBranch, question: Question, search: BranchSearch, found: list[Candidate]
+) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
-    known = branch.family.law.softens and question.goal.passed(branch)
+    goal = search.goal(question)
+    known = branch.family.law.softens and goal.passed(branch)
     if not found and branch.family.law.branch_ends:
-        branch.extend(lambda _: False)
-        found = branch.candidates(question.target)
+        goal.walk(branch, _never)
+        found = branch.candidates(goal.target)
+    if _unseen(branch, question, search):
+        return _cut_short(branch, question)
     if branch.ended in UNFINISHED:
         in_range = RATIOS[0] <= _ratio(branch) <= RATIOS[1]
         # What is left of a branch of these laws is known to go on the way it went.
         known = known or branch.family.law.falls_straight
-        if not known or _heads_for(branch, question.target) or not in_range:
+        if not known or _heads_for(branch, goal.target) or not in_range:
             return _not_followed(branch, question, in_range)
-    nearest = _nearest(branch, question)
+    nearest = _nearest(branch, question, search)
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
         message += f" The nearest that does exist: {question.asks.given.name} = {question.named(nearest)}."
@@ -161,13 +224,24 @@ def _ratio(branch: PrimaryBranch) -> float:
     return float(last.ratio) if last.sigma > 0.0 else math.inf
 
 
-def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> PeelOptError:
-    """Say where a walk ended that did not come to the end of its branch."""
+def _reached(branch: PrimaryBranch) -> str:
+    """Where a walk is, in words."""
     last = branch.points[-1].scalars
     reached = f"lambda = {last.lam:.4g}"
-    if last.sigma > 0.0:
-        reached += f", p/T0 = {last.pressure_ratio:.4g}"
-    message = f"{question.words}: not met on the branch as far as it could be followed ({reached})."
+    return f"{reached}, p/T0 = {last.pressure_ratio:.4g}" if last.sigma > 0.0 else reached
+
+
+def _cut_short(branch: PrimaryBranch, question: Question) -> NotConverged:
+    """Say how far a walk came in its time."""
+    return NotConverged(
+        f"{question.words}: the branch has been walked to {_reached(branch)} so far, and no such state met.",
+        remedy="Give it more time.",
+    )
+
+
+def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> PeelOptError:
+    """Say where a walk ended that did not come to the end of its branch."""
+    message = f"{question.words}: not met on the branch as far as it could be followed ({_reached(branch)})."
     if in_range or not branch.family.law.branch_ends:
         return NotConverged(message, remedy="Give a number nearer to the transition.")
     return OutOfRange(
@@ -176,19 +250,24 @@ def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> 
     )
 
 
-def _nearest(branch: PrimaryBranch, question: Question) -> float | None:
+def _nearest(branch: PrimaryBranch, question: Question, search: BranchSearch) -> float | None:
     """Value of the given number, nearest to the one asked, that the wanted states have."""
-    asked, read = question.given[1].value, question.asks.given.read
     if question.rod is None:
         # The caller keeps beta0, so what exists is read off the branch at this beta0.
-        branch = primary_branch(branch.family.law, question.given[0], branch.side)
-        branch.extend(lambda _: bool(branch.folds) or len(branch.points) > ENDLESS)
-        values = [read(p.scalars) for p in branch.points]
-    else:
-        values = [read(p.scalars) for p in _of_the_state(branch, question)]
+        branch = search.branch(branch.family.law, question.given[0], branch.side)
+        search.goal(question).walk(branch, lambda: _turned(branch))
+        if not (branch.ended or _turned(branch)):
+            return None
+    asked, read = question.given[1].value, question.asks.given.read
+    values = [read(p.scalars) for p in _of_the_state(branch, question)]
     if not values:
         return None
     return question.in_units(round(float(min(values, key=lambda v: abs(v - asked))), 12))
+
+
+def _turned(branch: PrimaryBranch) -> bool:
+    """Whether a branch has come to its fold, or never will."""
+    return bool(branch.folds) or len(branch.points) > ENDLESS
 
 
 def _of_the_state(branch: PrimaryBranch, question: Question) -> list[Point]:

@@ -22,15 +22,16 @@ from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
 from peel_opt.app.explorer.landscape import landscape
-from peel_opt.app.explorer.quick_walks import QuickBranch, quick_groups, quick_rod
+from peel_opt.app.explorer.quick_walks import quick_branch, quick_groups, quick_rod
 from peel_opt.app.explorer.screen import full_scene, live_scene
 from peel_opt.app.explorer.state import CHOICES, State
 from peel_opt.app.explorer.state_cards import from_card, to_card
 from peel_opt.app.explorer.tables import COLUMNS, scene_csv
 from peel_opt.base.units import told_apart
+from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.residual.arclength import chart
-from peel_opt.residual.closures import Plane
+from peel_opt.residual.closures import Closure, Plane
 
 #: Cards that ask for an equilibrium.
 PROBLEMS = [
@@ -167,7 +168,7 @@ def test_switching_units_keeps_the_state_without_units() -> None:
 
 def test_quick_walks_know_how_far_they_are_from_the_trace() -> None:
     rod = po.Rod.from_ratio(1.0)
-    _, quick = quick_rod(COHESIVE, rod, math.inf)
+    quick = quick_rod(COHESIVE, rod, math.inf)
     exact = po.trace(rod, points=40, tol=1e-8)
     assert quick.ended == "contact"
     specials = quick.branch.special_points
@@ -178,7 +179,7 @@ def test_quick_walks_know_how_far_they_are_from_the_trace() -> None:
         assert nearest < 2e-3
 
 
-def distance(walk: QuickBranch) -> float:
+def distance(walk: PrimaryBranch) -> float:
     """Largest distance found between the cubics through a walk and the branch itself."""
     s = np.array([p.arclength for p in walk.points])
     cubics = CubicHermiteSpline(s, [p.x[-4:] for p in walk.points], [p.tangent[-4:] for p in walk.points])
@@ -202,11 +203,11 @@ def distance(walk: QuickBranch) -> float:
 )
 def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any, given: Any) -> None:
     if "ratio" in given:
-        walk, curve = quick_rod(law, po.Rod.from_ratio(given["ratio"]), math.inf)
-        walks = [walk]
+        curve = quick_rod(law, po.Rod.from_ratio(given["ratio"]), math.inf)
+        walks = [quick_branch(law, Closure("ratio", given["ratio"]))]
     else:
-        both, curve = quick_groups(law, given["beta0"], window(given["beta0"]), math.inf)
-        walks = list(both)
+        curve = quick_groups(law, given["beta0"], window(given["beta0"]), math.inf)
+        walks = [quick_branch(law, Closure("length", math.cbrt(given["beta0"])), side) for side in (-1, 1)]
     far = max(distance(walk) for walk in walks)
     assert far <= curve.error
     # Nor is it so large that it says nothing.
@@ -215,7 +216,11 @@ def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any,
 
 @pytest.mark.parametrize(
     "state",
-    [State(beta0=20.0, lam=40.0), State(beta0=30.0, lam=80.0, law="cohesive"), State(beta0=60.0, lam=20.0)],
+    [
+        State(beta0=20.0, lam=40.0),
+        State(beta0=60.0, lam=20.0),
+        State(given="pressure", law="cohesive", ratio=0.7, pressure=0.3, label="folded"),
+    ],
 )
 def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(state: State) -> None:
     exists = full_answer(state).equilibrium
@@ -225,17 +230,33 @@ def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(sta
     assert "nearest" not in cut.message
     assert cut.nearest is None
     # Nor does it keep the picture before from being followed.
-    before = full_answer(state.at(0.99 * state.lam)).equilibrium
+    before = full_answer(state.at(0.99 * state.value)).equilibrium
     followed = live_scene(state, before=before, budget=0.0).equilibrium
     assert followed is not None
     assert followed.alpha1 == pytest.approx(exists.alpha1, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    "state",
+    [
+        State(beta0=31.0, lam=81.0, law="cohesive"),
+        State(given="pressure", law="cohesive", ratio=0.71, pressure=0.31),
+        State(given="length", law="cohesive", ratio=70.0, length=2.4),
+    ],
+)
+def test_an_unfolded_state_under_law_8_is_shown_before_its_branch_is_walked(state: State) -> None:
+    quick, exact = live_scene(state, budget=0.0), full_answer(state).equilibrium
+    assert not quick.curve.ended
+    assert quick.equilibrium is not None
+    assert exact is not None
+    assert abs(quick.equilibrium.answer - exact.answer) <= quick.equilibrium.error + exact.error
+
+
 def test_a_quick_walk_stops_in_time_and_goes_on_later() -> None:
     rod = po.Rod.from_ratio(0.8125)
-    _, first = quick_rod(COHESIVE, rod, 0.0)
+    first = quick_rod(COHESIVE, rod, 0.0)
     assert first.ended == ""
-    _, second = quick_rod(COHESIVE, rod, math.inf)
+    second = quick_rod(COHESIVE, rod, math.inf)
     assert second.ended == "contact"
     assert len(second.branch) > len(first.branch)
 
@@ -243,7 +264,7 @@ def test_a_quick_walk_stops_in_time_and_goes_on_later() -> None:
 @pytest.mark.parametrize("beta0", [0.0, 4.0, 60.0])
 def test_quick_diagrams_cover_their_window(beta0: float) -> None:
     span = window(beta0)
-    _, curve = quick_groups(LINEAR, beta0, span, math.inf)
+    curve = quick_groups(LINEAR, beta0, span, math.inf)
     assert curve.ended == "window"
     assert curve.branch.lam.max() >= span[1]
     assert (curve.special("LP-lambda") is None) == (beta0 in (0.0, 60.0))

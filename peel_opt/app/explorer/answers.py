@@ -9,22 +9,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from ...analysis.maxwell import TURN
-from ...base.errors import NoEquilibrium, NotCertified, NotConverged, PeelOptError
+from ...base.errors import NotCertified, NotConverged, PeelOptError
 from ...continuation.family import Family
-from ...continuation.goal import Goal
-from ...continuation.primary import Candidate
-from ...equilibria.ask import ask_rod, equilibrium
-from ...equilibria.certify import certify
-from ...equilibria.methods import Method, solve_to_tolerance
-from ...equilibria.question import ASKS, Question
+from ...continuation.points import SolvedState
+from ...equilibria.ask import require_certified, solve_from, solve_question
+from ...equilibria.methods import Method
+from ...equilibria.question import Question
 from ...equilibria.result import Equilibrium
+from ...equilibria.select import BranchSearch
 from ...model.labels import fits
-from ...residual.closures import Closure
-from ...residual.discretisation import Profile
 from ...residual.shape import Solution
 from ...residual.transcriptions import Spectral
-from .curves import law_of, window
-from .quick_walks import QuickBranch, gone, quick_branch, walked
+from .quick_walks import quick_branch
 from .state import METHODS, State
 from .state_cards import named_law
 
@@ -81,17 +77,7 @@ def _full_answer(state: State) -> Found:
     mesh = MESHES.get(state.accuracy)
 
     def ask(method: str | Method) -> Equilibrium:
-        options = {
-            "law": named_law(state),
-            "state": None if state.label == "unfolded" else state.label,
-            "near": state.near,
-            "method": method,
-            "tol": tol,
-        }
-        rod = state.rod
-        if rod is None:
-            return equilibrium(beta0=state.beta0, lam=state.lam, **options)  # type: ignore[arg-type]
-        return ask_rod(rod, state.given, state.value, **options)  # type: ignore[arg-type]
+        return solve_question(_question(state), method, tol)
 
     if mesh is not None:
         rough = _found(state, lambda: ask(Method(mesh, adaptive=False)))
@@ -101,27 +87,33 @@ def _full_answer(state: State) -> Found:
     return _found(state, lambda: ask(named))
 
 
-def quick_answer(
-    state: State, walks: tuple[QuickBranch, ...], deadline: float, before: Equilibrium | None = None
-) -> Found:
-    """Answer along quick walks, with what they have been walked so far.
+def quick_answer(state: State, deadline: float, before: Equilibrium | None = None) -> Found:
+    """Answer on one mesh, along quick walks and with what they have been walked so far.
 
     Parameters
     ----------
-    walks : tuple of QuickBranch
-        Of the diagram: the rod's, or both sides at fixed beta0.
+    state : State
+    deadline : float
+        Of ``time.perf_counter``, after which nothing is walked on.
     before : Equilibrium, optional
         The answer of the picture before, from which Newton starts where the walks end too early.
     """
+    method = Method(MESHES.get(state.accuracy, MOVING), adaptive=False)
+    tol = max(METHODS[state.accuracy][1], MOVING_TOL)
 
     def ask() -> Equilibrium:
+        question = _question(state)
+        # Below the turn the branch at the state's own beta0, which is drawn, holds the states that are
+        # not folded; a click may mean one of these.
+        beside = state.rod is None and state.beta0 < TURN and state.label != "folded" and state.near is None
+        search = BranchSearch(quick_branch, question.given[0] if beside else None, deadline)
         try:
-            return _along(state, walks, deadline)
+            return solve_question(question, method, tol, search)
         except NotConverged:
-            followed = None if before is None else _followed(state, before)
-            if followed is None:
+            start = None if before is None else _followed(state, question, before)
+            if before is None or start is None:
                 raise
-            return followed
+            return require_certified(question, solve_from(start, question, before.state, method, tol))
 
     return _found(state, ask)
 
@@ -159,127 +151,20 @@ def _nearest(state: State, value: float | None) -> State | None:
 
 
 def _question(state: State) -> Question:
-    # None: law (8), or linear where the two agree.
-    rod, law = state.rod, law_of(state) if state.law == "linear" else None
-    label = None if state.label == "unfolded" else state.label
-    if rod is None:
-        return replace(Question.at_groups(law, state.beta0, state.lam), state=label, near=state.near)
-    asks = ASKS[state.given]
-    posed = Question.at(rod, law, state.given, asks.given.to_ratio(rod, state.value))
-    near = None if state.near is None else asks.asked.to_ratio(rod, state.near)
-    return replace(posed, state=label, near=near)
+    law, label = named_law(state), None if state.label == "unfolded" else state.label
+    if state.rod is None:
+        return Question.of_groups(state.beta0, state.lam, law=law, state=label, near=state.near)
+    return Question.of_rod(state.rod, state.given, state.value, law=law, state=label, near=state.near)
 
 
-def _target(state: State, question: Question) -> Closure:
-    """What is looked for along the walks.
-
-    Beyond the turn the branch from T at a given beta0 does not hold all states: the rod's does.
-    """
-    return question.target if question.rod is None and state.beta0 >= TURN else question.given[1]
-
-
-def _along(state: State, walks: tuple[QuickBranch, ...], deadline: float) -> Equilibrium:
-    """Pick the state on the walks and solve for it."""
-    law, question = law_of(state), _question(state)
-    target = _target(state, question)
-    if state.rod is None and target.kind == "length":
-        walks = (walked(law, state.effective_ratio, deadline),)
-        if state.label == "spurious" or (question.near is not None and question.near > 0.0):
-            beyond, goal = quick_branch(law, "ratio", state.effective_ratio, -1), Goal(target)
-            beyond.extend(lambda _: goal.passed(beyond) or time.perf_counter() > deadline)
-            walks = (*walks, beyond)
-    found = [candidate for walk in walks for candidate in walk.candidates(target)]
-    chosen = _chosen(question, found)
-    if chosen is None:
-        raise _none(state, target, walks, found)
-    return _solved(state, question, chosen.profile, chosen.state)
-
-
-def _followed(state: State, before: Equilibrium) -> Equilibrium | None:
+def _followed(state: State, question: Question, before: Equilibrium) -> SolvedState | None:
     """Solve from the picture before; None unless it is the same state, a little moved."""
     if not isinstance(before.source, Solution) or not fits(before.state, state.label):
         return None
-    question, start = _question(state), before.source.problem.profile(before.source.x)
+    start = before.source.problem.profile(before.source.x)
     moved = Family(question.effective_law, MOVING, question.given[0]).solve(start, question.given[1])
     if moved is None:
         return None
-    profile = moved[0].profile(moved[1].x)
-    if abs(profile.scalars.A - start.scalars.A) > NEIGHBOUR * (1.0 + abs(start.scalars.A)):
-        return None
-    try:
-        return _solved(state, question, profile, before.state)
-    except PeelOptError:
-        return None
-
-
-def _solved(state: State, question: Question, profile: Profile, label: str) -> Equilibrium:
-    """Solve on one mesh from a solution, with the error from a second."""
-    mesh, tol = MESHES.get(state.accuracy, MOVING), max(METHODS[state.accuracy][1], MOVING_TOL)
-    method = Method(mesh, adaptive=False)
-    solved = solve_to_tolerance(question, profile, method, tol)
-    result = certify(question, label, solved, tol)
-    if abs(result.answer - question.read(profile.scalars)) > 0.1 * (1.0 + abs(result.answer)):
-        raise NotConverged("the quick solve left the branch.", remedy="Let the slider rest.")
-    if not result.certified:
-        raise NotCertified(
-            f"a quick solve on one coarse mesh: error {result.error:.1e}, above {tol:.0e}.",
-            remedy="Let the slider rest.",
-            candidates=(result,),
-        )
-    return result
-
-
-def _chosen(question: Question, found: list[Candidate]) -> Candidate | None:
-    near, fitting = question.near, [c for c in found if question.fits(c.state)]
-    if not fitting:
-        return None
-    if near is not None:
-        return min(fitting, key=lambda c: abs(c.estimate(question.read) - near))
-    # The lowest pressure, as everywhere in this package.
-    return min(fitting, key=lambda c: c.estimate(lambda s: s.alpha1))
-
-
-def _through(state: State, target: Closure, walk: QuickBranch) -> bool:
-    """Whether all of a walk is known on which a state could be."""
-    if walk.ended:
-        return True
-    if walk.family.closure.kind == "length":
-        return gone(walk, window(state.beta0, state.lam))
-    if Goal(target, anywhere=state.label == "folded").passed(walk):
-        return True
-    # Nobody asks a rod for p < 0; groups may have their state there.
-    return walk.side > 0 and state.rod is not None and walk.points[-1].scalars.pressure_ratio <= 0.0
-
-
-def _none(
-    state: State, target: Closure, walks: tuple[QuickBranch, ...], found: list[Candidate]
-) -> PeelOptError:
-    """Say what exists instead, or that the walks have not come far enough to know."""
-    rod = state.rod
-    short = next((walk for walk in walks if not _through(state, target, walk)), None)
-    if short is not None:
-        last = short.points[-1].scalars
-        on_rod = short.family.closure.kind == "ratio"
-        where = f"p/T₀ = {last.pressure_ratio:.3g}" if on_rod else f"λ = {last.lam:.3g}"
-        return NotConverged(
-            f"the branch has been walked to {where} so far, and no such state met.",
-            remedy="Let the slider rest.",
-        )
-    words = f"no {state.label} equilibrium at {state.words}."
-    if found:
-        words += f" There are: {', '.join(dict.fromkeys(c.state for c in found))}."
-    if rod is None and target.kind != "lam":
-        return NoEquilibrium(words)  # what exists at this beta0 the full answer tells
-    numbers = {"lam": "lam", "length": "sigma", "pressure": "pressure_ratio"}
-    values = [
-        float(getattr(point.scalars, numbers[target.kind]))
-        for walk in walks
-        for point in walk.points
-        if fits(walk.state_at(point.arclength), state.label)
-    ]
-    if not values:
-        return NoEquilibrium(words)
-    nearest = min(values, key=lambda v: abs(v - target.value))
-    if rod is not None:
-        nearest = rod.length(nearest) if state.given == "length" else rod.pressure(nearest)
-    return NoEquilibrium(f"{words} The nearest that does exist: {state.at(nearest).words}.", nearest=nearest)
+    reached = SolvedState(*moved, question.given)
+    A = start.scalars.A
+    return reached if abs(reached.profile.scalars.A - A) <= NEIGHBOUR * (1.0 + abs(A)) else None

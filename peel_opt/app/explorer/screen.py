@@ -21,7 +21,7 @@ from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
 from .landscape import Landscape, landscape, off_by, too_far
 from .loops import LoopSweep, lambda_loop, pressure_loop
-from .quick_walks import QuickBranch, quick_groups, quick_rod
+from .quick_walks import quick_groups, quick_rod
 from .state import State
 from .words import OFF_BRANCH, AnswerText, answer_of, warnings_of, why_no_branch
 
@@ -128,15 +128,8 @@ def live_scene(
     """
     began = time.perf_counter()
     deadline = began + budget
-    law = law_of(state)
-    walks: tuple[QuickBranch, ...]
-    rod = state.rod
-    if rod is None:
-        walks, curve = quick_groups(law, state.beta0, window(state.beta0, state.lam), deadline)
-    else:
-        walk, curve = quick_rod(law, rod, deadline)
-        walks = (walk,)
-    found = quick_answer(state, walks, deadline, before)
+    curve = _quick_curve(state, deadline)
+    found = quick_answer(state, deadline, before)
     if best is not None and _belongs(best, state):
         curve = best
     beta0 = _beta0(state, found.equilibrium)
@@ -161,11 +154,7 @@ def full_scene(state: State) -> Screen:
     except PeelOptError as error:
         trouble = f"The diagram is a quick walk, since the trace failed: {error}"
     if curve is None:
-        deadline, rod = time.perf_counter() + 5.0, state.rod
-        if rod is None:
-            curve = quick_groups(law_of(state), state.beta0, window(state.beta0, state.lam), deadline)[1]
-        else:
-            curve = quick_rod(law_of(state), rod, deadline)[1]
+        curve = _quick_curve(state, time.perf_counter() + 5.0)
     local: Curve | None = curve
     if state.given != "groups":
         local = None
@@ -190,7 +179,15 @@ def _quick_local(state: State, eq: Equilibrium | None, deadline: float) -> Curve
     if eq is None or not 0.0 < eq.beta0 < TURN:
         return None
     span = window(eq.beta0, eq.lam)
-    return quick_groups(law_of(state), eq.beta0, span, deadline)[1]
+    return quick_groups(law_of(state), eq.beta0, span, deadline)
+
+
+def _quick_curve(state: State, deadline: float) -> Curve:
+    """Walk the branch that the diagram shows, as far as there is time."""
+    rod = state.rod
+    if rod is None:
+        return quick_groups(law_of(state), state.beta0, window(state.beta0, state.lam), deadline)
+    return quick_rod(law_of(state), rod, deadline)
 
 
 def _belongs(curve: Curve, state: State) -> bool:
