@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -128,13 +128,18 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class _Started:
-    """A question with the state it means: the profile to start from, in the phases of its law."""
+    """A question with the state it means: the profile to start from, in the phases of its law.
+
+    ``solution`` is there where the profile is of a solution of this very question, ``mesh`` where it is
+    of a solution of any.
+    """
 
     posed: Question
     profile: Profile
     phases: Phases
     tol: float
     solution: SolvedState | None = None
+    mesh: Transcription | None = None
 
 
 @one_thread
@@ -146,13 +151,15 @@ def solve_to_tolerance(posed: Question, start: Profile | SolvedState, method: Me
     NotConverged
         If IPOPT or Newton fails.
     """
+    mesh = None
     if isinstance(start, SolvedState):
+        mesh = start.problem.settings
         if start.given == posed.given:
-            return _climb(_Started(posed, start.profile, start.problem.phases, tol, start), method)
+            return _climb(_Started(posed, start.profile, start.problem.phases, tol, start, mesh), method)
         start = start.profile
     law = posed.effective_law
     plan = layout(law, start, tip_free=not holds_its_tip(law, start))
-    return _climb(_Started(posed, start.rephased(plan.breaks), plan.phases, tol), method)
+    return _climb(_Started(posed, start.rephased(plan.breaks), plan.phases, tol, mesh=mesh), method)
 
 
 def _climb(started: _Started, method: Method) -> Answer:
@@ -225,6 +232,9 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
             continue
         own = response(at, chosen.correction.update, read)
         looks += 1
+        if own.unsettled > HARDLY * started.tol and not chosen.settled:
+            rungs[rungs.index(chosen)] = _settled(started, chosen)
+            continue
         estimates = []
         if finer is not None:
             difference = _difference(at.tail, finer, own, read, form)
@@ -309,6 +319,7 @@ class _Solved:
     solution: SolvedState
     iterations: int
     evaluations: int
+    settled: bool = False
 
     @property
     def problem(self) -> Discretisation:
@@ -330,13 +341,17 @@ class _Solved:
 def _first_solve(started: _Started, method: Method) -> _Solved:
     """Solve on the method's own mesh: by IPOPT and a closing Newton step, or by Newton alone."""
     assert method.transcription is not None
-    landed = started.solution
-    if landed is not None and method.ipopt is None and _serves(landed.problem.settings, method):
-        assert landed.problem.settings is not None
-        return _Solved(landed.problem.settings, landed, 0, 0)
-    problem, given = method.transcription.discretise(started.phases), started.posed.given
     if method.ipopt is None:
-        return _newton_solve(started, method.transcription, problem.pack(started.profile))
+        # On a coarser mesh than it was found on, a state may be another.
+        mesh = (
+            started.mesh
+            if started.mesh is not None and _serves(started.mesh, method)
+            else method.transcription
+        )
+        if started.solution is not None and mesh == started.mesh:
+            return _Solved(mesh, started.solution, 0, 0)
+        return _newton_solve(started, mesh, mesh.discretise(started.phases).pack(started.profile))
+    problem, given = method.transcription.discretise(started.phases), started.posed.given
     solved = programme.solve(problem, problem.pack(started.profile), given, method.ipopt)
     if not solved.solved:
         raise NotConverged(
@@ -350,7 +365,7 @@ def _first_solve(started: _Started, method: Method) -> _Solved:
     return _Solved(method.transcription, SolvedState(problem, correction, given), iterations, evaluations)
 
 
-def _serves(mesh: Transcription | None, method: Method) -> bool:
+def _serves(mesh: Transcription, method: Method) -> bool:
     """Whether a solution on a mesh is as good as one on the method's own, to start from."""
     own = method.transcription
     if isinstance(mesh, Spectral) and isinstance(own, Spectral) and method.adaptive:
@@ -363,6 +378,13 @@ def _refined_solve(started: _Started, solved: _Solved) -> _Solved:
     finer = solved.transcription.refined()
     start = solved.problem.prolonged(solved.correction.x, finer.discretise(started.phases))
     return _newton_solve(started, finer, start)
+
+
+def _settled(started: _Started, solved: _Solved) -> _Solved:
+    """Correct a solution once more: its last update was small among its unknowns, not in the answer."""
+    again = _newton_solve(started, solved.transcription, solved.correction.x)
+    iterations, evaluations = solved.iterations + again.iterations, solved.evaluations + again.evaluations
+    return replace(again, iterations=iterations, evaluations=evaluations, settled=True)
 
 
 def _newton_solve(started: _Started, transcription: Transcription, start: np.ndarray) -> _Solved:

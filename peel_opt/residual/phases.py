@@ -18,8 +18,11 @@ EXCURSION = 1e-9
 #: An extremum this close to a kink may pass it between two points of a profile.
 GRAZING = 1e-4
 
-#: Share of the greatest height within which a tip may be on the plate.
-ON_PLATE = 1e-6
+#: Share of the greatest height within which a tip may be on the plate, on the coarsest mesh.
+ON_PLATE = 0.05
+
+#: Share of its other factor that the factor of p y_tip = Phi(y_tip) is below which a mesh has as zero.
+VANISHES = 0.1
 
 
 @dataclass(frozen=True)
@@ -45,12 +48,17 @@ def layout(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> Layo
 
 
 def holds_its_tip(law: CohesiveLaw, profile: Profile) -> bool:
-    """Whether a solution has its tip on the plate at a pressure that would lift a free one."""
+    """Whether a solution has its tip on the plate at a pressure that would lift a free one.
+
+    Of p y_tip = Phi(y_tip) one factor vanishes, the height of the tip or p/T0 - Phi(u)/u, but on a coarse
+    mesh only up to its error: it is the smaller one.
+    """
     s, heights = profile.scalars, profile.values[:, :, 4]
     if s.beta0 == 0.0 or abs(heights[0, 0]) > ON_PLATE * np.abs(heights).max():
         return False
-    extra = s.alpha1 / s.beta0
-    return abs(extra + law.mean_drop(float(s.height(heights[0, 0])))) > 0.1 * abs(extra) + 1e-7
+    extra, drop = s.alpha1 / s.beta0, law.mean_drop(float(s.height(heights[0, 0])))
+    missed = abs(extra + drop)
+    return abs(drop) < VANISHES * missed and missed > VANISHES * abs(extra) + 1e-7
 
 
 def fits(profile: Profile, phases: Phases) -> bool:

@@ -34,7 +34,9 @@ class Response:
     Parameters
     ----------
     rounding : float
-        What rounding does to the answer.
+        What rounding does to the answer, and what Newton's method has left.
+    unsettled : float
+        The second of these alone.
     condition : float
         Largest derivative of the answer with respect to a given number other than the rod's.
     leverage : ndarray, shape (4,)
@@ -42,6 +44,7 @@ class Response:
     """
 
     rounding: float
+    unsettled: float
     condition: float
     leverage: np.ndarray
 
@@ -90,11 +93,12 @@ def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: 
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
     residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
     digits = abs(value) + float(by_given @ given_sizes)
-    last = abs(float(weights @ update))
+    unsettled = 4.0 * abs(float(weights @ update))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
     norms = np.linalg.norm(responses, axis=0)
     return Response(
-        rounding=4.0 * last + EPS * (float(residues) + 2.0 * digits),
+        rounding=unsettled + EPS * (float(residues) + 2.0 * digits),
+        unsettled=unsettled,
         condition=float(max(asked)),
         leverage=norms[0] / norms[1:],
     )

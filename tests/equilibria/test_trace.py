@@ -371,6 +371,11 @@ def test_more_than_a_dozen_states_at_the_groups_of_fig_10b() -> None:
     found = po.equilibria(beta0=1001.6, beta1=5670.6)
     assert len(found) > 12
     assert min(abs(eq.alpha - 298.432164675117) for eq in found) < 1e-6
+    # Of the identity p y_tip = Phi(y_tip) both factors: tips that hang free and tips held to the plate.
+    held = [eq for eq in found if "tip on plate" in eq.flags]
+    for alpha1 in (-1428.167359, -781.200207, 722.165499, 864.647385):
+        assert min(abs(eq.alpha1 - alpha1) for eq in held) < 1e-5
+    assert all(eq.certified for eq in found)
 
 
 def test_all_states_of_a_rod_at_a_length() -> None:
