@@ -133,17 +133,18 @@ def branch_potential(branch: BranchLike) -> EffectivePotential:
 
 
 def points_potential(
-    beta0: float, points: Sequence[Point], kinks: Sequence[Point] = ()
+    beta0: float, points: Sequence[Point], kinks: Sequence[Point] = (), errors: np.ndarray | None = None
 ) -> EffectivePotential:
     """Return the effective potential of points walked at fixed beta0, in order along the branch.
 
-    ``kinks`` are those among the points at which the curve has one.
+    ``kinks`` are those among the points at which the curve has one; ``errors`` are theirs, in the metric
+    of the arclength.
     """
     lam, alpha1 = np.array([(p.scalars.lam, p.scalars.alpha1) for p in points]).T
     slope = np.array([_slope(p.tail, p.rates) for p in points])
     at = np.array([any(p is kink for kink in kinks) for p in points], bool)
     bent = _changes([p.problem.phases for p in points]) & ~(at[:-1] | at[1:])
-    return states_potential(BranchStates(beta0, alpha1, lam, slope, kinks=at, bent=bent))
+    return states_potential(BranchStates(beta0, alpha1, lam, slope, errors, at, bent))
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -161,6 +162,11 @@ class SplinePotential(EffectivePotential):
         always[[0, -1]] = True
         odd = np.arange(len(always)) % 2 == 1
         return tuple(_through(states, np.flatnonzero(always | kept)) for kept in (odd, ~odd))
+
+    @property
+    def is_cut(self) -> bool:
+        """A branch goes on where its states end, or where alpha1 turns back."""
+        return True
 
 
 def states_potential(states: BranchStates) -> SplinePotential:

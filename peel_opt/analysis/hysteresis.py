@@ -19,9 +19,8 @@ from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
-from .branch_potential import points_potential
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
-from .maxwell import walk_round_the_fold
+from .maxwell import potential_of, walk_round_the_fold
 from .normal_form import NormalForm
 from .pressure_loop import PressureLoop, sweep_pressure
 
@@ -133,7 +132,7 @@ def _of_the_solver(
         walk = walk_round_the_fold(beta0, beyond=-0.05)
         located = walk.fold("LP-lambda")
         assert located is not None
-        fold, potential = located.point.scalars.lam, points_potential(beta0, walk.points)
+        fold, potential = located.point.scalars.lam, potential_of(beta0, walk)
     window = _window(lam, fold)
     count = _POINTS if beta0 < _CORNER else _POINTS_AT_CORNER
     switch = potential.maxwell()[0] if potential and convention == "maxwell" else 0.0

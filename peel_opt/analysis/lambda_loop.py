@@ -11,7 +11,7 @@ import numpy as np
 from ..base.drawing import draw
 from ..equilibria.branch import Branch
 from .loops import Jump, Loop, VisitedStates
-from .potential import EffectivePotential
+from .potential import EffectivePotential, Level
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,7 +122,7 @@ def loop_from_states(
         peeled, lost = detached[up][0], detached[down][0]
         jumps = (LambdaJump("up", up, 0.0, peeled), LambdaJump("down", down, lost, 0.0))
         assert potential is not None
-        area, error = potential.area(lost, peeled)
+        area, error = potential.area(*levels(potential, convention))
     return HysteresisLoop(
         beta0=beta0,
         convention=convention,
@@ -135,6 +135,13 @@ def loop_from_states(
         not_computed=NOT_COMPUTED if jumps else "",
         branch=branch,
     )
+
+
+def levels(potential: EffectivePotential, convention: Convention) -> tuple[Level, Level]:
+    """Return where a loop jumps down and where it jumps up."""
+    if convention == "maxwell":
+        return potential.maxwell(), potential.maxwell()
+    return potential.fold(), potential.delay()
 
 
 def loop_along(
@@ -168,8 +175,7 @@ def loop_along(
         If the curve has no fold, or is not known far enough past it.
     """
     fold = potential.fold()
-    peels = potential.delay() if convention == "delay" else potential.maxwell()
-    lost = fold if convention == "delay" else peels
+    lost, peels = levels(potential, convention)
     last = potential.alpha1(window[1])
     end = float(last[0]) if last.size and last[0] < peels.alpha1 else potential.domain[0]
     places = np.unique([*np.linspace(end, fold.alpha1, points), peels.alpha1])

@@ -21,6 +21,7 @@ from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..base.threads import one_thread
 from ..base.units import told_apart
 from ..continuation.family import Family, StepControl
+from ..continuation.fill import point_errors
 from ..continuation.goal import LOWEST
 from ..continuation.primary import PrimaryBranch
 from ..model.bond import LINEAR
@@ -29,6 +30,7 @@ from ..model.groups import PI4, Groups
 from ..residual.closures import Closure
 from ..residual.meshes import GROUPS
 from .branch_potential import points_potential
+from .potential import EffectivePotential
 
 #: Largest beta0 at which the branch from T has a fold in lambda.
 TURN = 37.54580749
@@ -140,8 +142,13 @@ def _curve(low: float, high: float, points: int) -> MaxwellCurve:
 
 def maxwell_point(beta0: float, steps: int = _STEPS) -> tuple[float, float, float]:
     """Return lambda_M, alpha1_M and the error of lambda_M of the branch at one beta0."""
-    found = points_potential(beta0, walk_round_the_fold(beta0, steps).points).maxwell()
+    found = potential_of(beta0, walk_round_the_fold(beta0, steps)).maxwell()
     return *found, found.error
+
+
+def potential_of(beta0: float, walk: PrimaryBranch) -> EffectivePotential:
+    """Return the effective potential of a walk at fixed beta0, with the errors of its points."""
+    return points_potential(beta0, walk.points, errors=point_errors(walk.family, walk.points).total)
 
 
 def walk_round_the_fold(beta0: float, steps: int = _STEPS, *, beyond: float = 0.6) -> PrimaryBranch:

@@ -27,7 +27,7 @@ import numpy as np
 
 from ..base.arrays import floats
 from ..base.checks import finite
-from ..base.errors import InvalidInput, NoEquilibrium
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
 from ..base.roots import graph_roots, turning_points, zeros
 
@@ -142,6 +142,11 @@ class EffectivePotential:
         """The same potential from fewer states."""
         return ()
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether the curve goes on below its domain."""
+        return False
+
     def __repr__(self) -> str:
         return (
             f"{type(self).__name__} at beta0 = {self.beta0:.9g}, alpha1 from {self.domain[0]:.6g} to"
@@ -193,7 +198,7 @@ class EffectivePotential:
         """Most by which ``others`` differ in a reading; infinite where one of them has none."""
         try:
             apart = [np.abs(np.subtract(read(other), found)) for other in self.others]
-        except NoEquilibrium:
+        except (NoEquilibrium, NotConverged):
             return np.full(np.shape(found), np.inf)
         return np.max([np.zeros(np.shape(found)), *apart], axis=0)
 
@@ -213,8 +218,11 @@ class EffectivePotential:
         if self.noise is None:
             return math.nan, math.nan
         apart = self._apart(lambda other: getattr(other, level.name)(), level)
-        noise = 0.0 if level.name == "delay" else self._noise(level.alpha1)  # lambda is 0 there, exactly
-        return float(apart[0]) + noise, float(apart[1]) + self._moved(level.alpha1)
+        return float(apart[0]) + self._lifted(level), float(apart[1]) + self._moved(level.alpha1)
+
+    def _lifted(self, level: Level) -> float:
+        """How far the noise moves lambda of a named point; that of the landing is 0, exactly."""
+        return 0.0 if level.name == "delay" else self._noise(level.alpha1)
 
     # --- what is read from it ---------------------------------------------------------------
 
@@ -248,16 +256,25 @@ class EffectivePotential:
         lifted = 0.5 * abs(self.a1) * x * x * self._noise(x)
         return CriticalPoint(x, depth, kind, float(apart[0]) + self._moved(x), float(apart[1]) + lifted)
 
-    def area(self, lost: float, peeled: float) -> tuple[float, float]:
-        """Integral of alpha1 dlambda along the curve between two extra pressures, and its error."""
-        area = self._area(lost, peeled)
+    def area(self, lost: Level, peeled: Level) -> tuple[float, float]:
+        """Integral of alpha1 dlambda along the curve between two of its named points, and its error.
+
+        By parts it is [alpha1 lambda] less the integral of Lambda.  Errors of Lambda move the second, and
+        those of lambda at both ends the first; moved along the curve, an end changes nothing more.  The
+        weights of quadrature through a spline are positive, so that errors of its points add up to no more
+        than their largest over the width.
+        """
+        area = self._area(lost.alpha1, peeled.alpha1)
         if self.noise is None:
             return area, math.nan
-        apart = self._apart(lambda other: other._area(lost, peeled), area)
-        # By parts: alpha1 at both ends and the width between, times the error of lambda, which a
-        # spline between the points may double.
-        noise = 2.0 * max(self._noise(lost), self._noise(peeled))
-        return area, float(apart) + 2.0 * (abs(lost) + abs(peeled)) * noise
+
+        def again(other: EffectivePotential) -> float:
+            ends = [getattr(other, level.name)() for level in (lost, peeled)]
+            return other._area(*(end.alpha1 for end in ends))
+
+        between = abs(lost.alpha1 - peeled.alpha1) * max(self._noise(lost.alpha1), self._noise(peeled.alpha1))
+        ends = sum(abs(end.alpha1) * self._lifted(end) for end in (lost, peeled))
+        return area, float(self._apart(again, area)) + between + ends
 
     def _area(self, lost: float, peeled: float) -> float:
         inside = [x for x in self.kinks if min(lost, peeled) < x < max(lost, peeled)]
@@ -285,10 +302,9 @@ class EffectivePotential:
             return Level(0.0, 0.0, "fold")
         below = [x for x in self._turns if x < 0.0]
         if not below:
-            raise NoEquilibrium(
+            raise self._missing(
                 f"the branch at beta0 = {self.beta0:g} has no fold for alpha1 in"
-                f" [{self.domain[0]:.4g}, {self.domain[1]:.4g}], where it is known.",
-                remedy="Ask for a smaller beta0, a higher order or a longer branch.",
+                f" [{self.domain[0]:.4g}, {self.domain[1]:.4g}], where it is known."
             )
         return Level(float(self.curve(below[-1])), below[-1], "fold", self)
 
@@ -303,10 +319,9 @@ class EffectivePotential:
         low, fold = self.domain[0], self.fold().alpha1
         equal = zeros(depth, np.linspace(low, fold, _SCAN + 1))
         if not equal:
-            raise NoEquilibrium(
+            raise self._missing(
                 f"no Maxwell point at beta0 = {self.beta0:g} as far as the branch is known: the detached"
-                f" minimum stays above the adhered one for alpha1 down to {low:.4g}.",
-                remedy="Ask for a smaller beta0, a higher order or a longer branch.",
+                f" minimum stays above the adhered one for alpha1 down to {low:.4g}."
             )
         return Level(float(self.curve(equal[-1])), equal[-1], "maxwell", self)
 
@@ -316,8 +331,13 @@ class EffectivePotential:
             return Level(0.0, 0.0, "delay")
         lower = self.alpha1(0.0)
         if not (lower < 0.0).any():
-            raise NoEquilibrium(
-                f"the branch at beta0 = {self.beta0:g} does not come back to lambda = 0 where it is known.",
-                remedy="Ask for a smaller beta0, a higher order or a longer branch.",
+            raise self._missing(
+                f"the branch at beta0 = {self.beta0:g} does not come back to lambda = 0 where it is known."
             )
         return Level(0.0, float(lower[lower < 0.0][-1]), "delay", self)
+
+    def _missing(self, message: str) -> NoEquilibrium | NotConverged:
+        """Return the error of a point that is not on the curve, or not on the part that is known."""
+        if self.is_cut:
+            return NotConverged(message, remedy="Trace the branch further, up to where alpha1 turns back.")
+        return NoEquilibrium(message, remedy="Ask for a smaller beta0, a higher order or a longer branch.")

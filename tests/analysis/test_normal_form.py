@@ -11,9 +11,9 @@ from scipy.integrate import quad
 
 import peel_opt as po
 from peel_opt.analysis import design_relations as design
-from peel_opt.analysis.branch_potential import branch_potential
+from peel_opt.analysis.branch_potential import BranchStates, branch_potential, states_potential
 from peel_opt.analysis.normal_form import NormalForm
-from peel_opt.base.errors import InvalidInput, NoEquilibrium, OutOfRange
+from peel_opt.base.errors import InvalidInput, NoEquilibrium, NotConverged, OutOfRange
 from peel_opt.model.rod import Rod
 from peel_opt.model.series import uniform_series
 
@@ -248,6 +248,21 @@ def test_a_branch_that_does_not_come_from_T_is_refused():
         branch_potential(po.trace(beta0=4.0, lam=(-1.0, 3.0), law=po.trapezoidal(0.4), points=32))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("beta0", [0.5, 4.0, 9.0])
+def test_the_error_of_an_area_is_what_errors_of_its_points_may_do(beta0, sign):
+    exact = NormalForm.uniform(36).at(beta0)
+    peeled = exact.delay()
+    alpha1, off = np.linspace(1.3 * peeled.alpha1, 0.0, 40), 1e-10
+    # All points off to one side by all of their error: the worst there is.
+    lam = exact.curve(alpha1) + sign * off * math.pi**4 * (alpha1 < 0.0)
+    U = states_potential(BranchStates(beta0, alpha1, lam, error=np.full(40, off)))
+    area, error = U.area(U.fold(), U.delay())
+    missed = abs(area - exact.area(exact.fold(), peeled)[0])
+    assert missed <= 1.0001 * error
+    assert error <= 1.1 * missed
+
+
 def test_critical_points_and_areas_have_errors():
     traced = po.trace(beta0=4.0, lam=(-1.0, 1.0), law="cohesive", points=16, at={"lam": [-0.2]})
     U = branch_potential(traced)
@@ -257,9 +272,8 @@ def test_critical_points_and_areas_have_errors():
             assert np.abs(solved - point.alpha1).min() <= point.error + 1e-12
             assert point.potential_error < 1e-6
     fine = branch_potential(po.trace(beta0=4.0, lam=(-1.0, 1.0), law="cohesive", points=200))
-    ends = fine.fold().alpha1, fine.delay().alpha1
-    area, error = U.area(*ends)
-    assert abs(area - fine.area(*ends)[0]) <= error < 1e-4
+    area, error = U.area(U.fold(), U.delay())
+    assert abs(area - fine.area(fine.fold(), fine.delay())[0]) <= error < 1e-4
     assert math.isnan(NormalForm.paper().at(4.0).maxwell().error)
     assert math.isnan(NormalForm.paper().at(4.0).error)
     assert abs(FORMS["uniform"].maxwell(4.0)[0] - MAXWELL[0]) <= FORMS["uniform"].maxwell(4.0).error + 1e-13
@@ -317,11 +331,12 @@ def test_branch_potential_uses_the_part_on_which_alpha1_is_monotone():
 
 
 def test_short_branches_say_what_they_lack():
-    with pytest.raises(NoEquilibrium, match="no fold"):
+    # What lies beyond a branch that was cut is not denied.
+    with pytest.raises(NotConverged, match=r"no fold .* Trace the branch further"):
         branch_potential(branch(4.0, -1.0, 1.0)).fold()
-    with pytest.raises(NoEquilibrium, match="no Maxwell point"):
+    with pytest.raises(NotConverged, match="no Maxwell point"):
         branch_potential(branch(4.0, -1.6, 1.0)).maxwell()
-    with pytest.raises(NoEquilibrium, match="lambda = 0"):
+    with pytest.raises(NotConverged, match="lambda = 0"):
         branch_potential(branch(4.0, -2.0, 1.0)).delay()
     with pytest.raises(InvalidInput, match="too few"):
         branch_potential(branch(4.0, -2.0, 1.0, points=4))

@@ -52,7 +52,7 @@ def landscape(beta0: float, curve: Curve | None) -> Landscape:
     for name in NAMED:
         try:
             named[name] = getattr(potential, name)()
-        except NoEquilibrium:
+        except (NoEquilibrium, NotConverged):
             missing.append(name)
     return Landscape(potential, source, named, tuple(missing))
 

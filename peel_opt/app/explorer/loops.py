@@ -10,7 +10,7 @@ import numpy as np
 from ...analysis.lambda_loop import Convention, HysteresisLoop, loop_along
 from ...analysis.maxwell import TURN
 from ...analysis.pressure_loop import PressureLoop, loop_of_branch, swept_pressures
-from ...base.errors import NoEquilibrium
+from ...base.errors import NoEquilibrium, NotConverged
 from ...base.units import told_apart
 from ...equilibria.branch import Branch
 from ...plots.loop import lambda_panel, pressure_panel
@@ -84,7 +84,7 @@ def lambda_loop(state: State, curve: Curve, found: Landscape) -> LoopSweep | str
         return "The branch is not known far enough past the fold for a loop."
     try:
         loop, panel = _of_potential(found, state.convention, curve)
-    except NoEquilibrium as error:
+    except (NoEquilibrium, NotConverged) as error:
         return str(error)
     note = NOT_COMPUTED
     if state.convention == "maxwell":
