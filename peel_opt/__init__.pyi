@@ -73,6 +73,7 @@ from .equilibria.result import Equilibrium as Equilibrium
 from .equilibria.scenes import solve as solve
 from .equilibria.trace import trace as trace
 from .model import profiles as profiles
+from .model.blister import Blister as Blister
 from .model.bond import CohesiveLaw as CohesiveLaw
 from .model.loads import Drag as Drag
 from .model.loads import Pressure as Pressure
@@ -85,6 +86,7 @@ from .model.named_laws import trapezoidal as trapezoidal
 from .model.place import Place as Place
 from .model.rod import Rod as Rod
 from .model.scene import Scene as Scene
+from .model.tips import Contact as Contact
 from .model.tips import TipLoad as TipLoad
 from .model.walls import Circle as Circle
 from .model.walls import Flat as Flat

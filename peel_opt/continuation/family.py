@@ -20,7 +20,14 @@ from ..model.equations import Scalars, kernel
 from ..model.groups import PI4
 from ..residual import closures
 from ..residual.closures import Closing, Closure, Plane
-from ..residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
+from ..residual.discretisation import (
+    PROFILE_POINTS,
+    Discretisation,
+    Phases,
+    Profile,
+    Transcription,
+    chebyshev,
+)
 from ..residual.linear import Linearised
 from ..residual.low_pressure import correct_sharply
 from ..residual.newton import Correction, correct
@@ -100,6 +107,10 @@ class Family:
         """Read the phases of a shape off its heights."""
         return layout(self.law, profile, tip_free=self.tip_free)
 
+    def merged(self, profile: Profile, phases: Phases) -> Profile | None:
+        """Return a shape whose thinnest phase that may end with a square root has ended; None without one."""
+        return without_thinnest_inner_phase(profile, phases)
+
     def suits(self, profile: Profile, problem: Discretisation) -> bool:
         """Whether the phases of a solution are those the law asks for."""
         if len(self.law.pieces) == 1 or fits(profile, problem.phases):
@@ -136,7 +147,7 @@ class Family:
         The height grazes a kink there: the length of the phase goes to zero with a square
         root, which no tangent follows, while the shape itself is smooth.
         """
-        merged = without_thinnest_inner_phase(here.profile, here.problem.phases)
+        merged = self.merged(here.profile, here.problem.phases)
         again = self.solve(merged, plane) if merged is not None else None
         if again is None:
             return None

@@ -12,15 +12,17 @@ import numpy as np
 
 from ..base.errors import NotConverged
 from ..model.scene import Scene
+from ..model.tips import Contact, Middle, TipLoad
 from ..residual.closures import Closure
-from ..residual.discretisation import Discretisation, Profile
+from ..residual.discretisation import Discretisation, Phases, Profile
 from ..residual.newton import Correction
-from ..residual.phases import Layout, fits
+from ..residual.phases import Layout, fits, without_middle_phase
 from ..residual.scene_phases import material_breaks, scene_layout
-from ..residual.scene_spectral import SceneProfile, SceneSpectral
+from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSpectral
 from .family import Family
 from .points import Point
 from .primary import Candidate, crossings, primary_branch
+from .scene_starts import SmallState, curled, swollen
 from .special import LENGTH, Located, Monitor, locate
 from .special import located as located_between
 
@@ -37,19 +39,25 @@ SHORT, SMALL = 0.02, 1e-7
 #: p/T0 beyond which no branch is followed.
 HIGHEST = 1e3
 
+#: Amplitude below which the tangent of a branch is made of rounding, which goes with 1/A^2.
+CLOSE = 1e-5
+
 #: Gap at the tip, as a share of the largest, within which a folded rod has come back to its wall.
 TOUCHING = 1e-7
 
-#: Gap at the tip over y0 below zero that no rounding explains.
+#: Gap at the tip over y0, and p/T0, below zero that no rounding explains.
 BELOW = 1e-9
 
-#: Tip angle [rad] beyond which a rod is rolled up.
+#: Inclination [rad] beyond which a rod is rolled up.
 ROLLED = 6.5
+
+#: Detached length over eta beyond which neither a strip nor a rod that rests on its tip is followed.
+FAR = 50.0
 
 #: Rate along a branch below which a number stands still, as the moment of a long strip does.
 STILL = 1e-7
 
-#: Direction in which the tip turns further.
+#: Direction in which the tip turns further, away from rest.
 FORWARD = np.array([1.0, 0.0, 0.0, 0.0])
 
 #: Points of a branch after which it is given up, in each direction.
@@ -101,6 +109,13 @@ class SceneFamily(Family):
         assert isinstance(profile, SceneProfile)
         return scene_layout(profile)
 
+    def merged(self, profile: Profile, phases: Phases) -> Profile | None:
+        """Return a shape without its thinnest inner phase, or without that at the middle of a strip."""
+        inner = super().merged(profile, phases)
+        if inner is not None or not isinstance(self.scene.tip, Middle) or len(phases) < 2:
+            return inner
+        return without_middle_phase(profile)
+
     def suits(self, profile: Profile, problem: Discretisation) -> bool:
         """Whether the stretches of a solution are those that the scene asks for."""
         assert isinstance(profile, SceneProfile)
@@ -125,7 +140,9 @@ class SceneBranch:
     folds : list of Located
     ends : tuple of str
         Why the walk ended before its first and after its last point: "T", where the rod lies on its
-        wall; "vanishes", where the detached length does; "contact"; "stalled" or "limit".
+        wall; "rest", where it comes to rest on its wall or its pressure vanishes; "below", where it would
+        have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "long",
+        "suction", "unbounded", "stalled" or "limit".
     """
 
     family: SceneFamily
@@ -226,7 +243,17 @@ def _starts(family: SceneFamily) -> Iterator[Point]:
         except NotConverged:
             continue
         if solved is not None:
-            yield family.point(solved[0], solved[1].x, FORWARD, 0.0, solved[1].iterations)
+            yield family.point(solved[0], solved[1].x, _forward(family.scene), 0.0, solved[1].iterations)
+
+
+def _forward(scene: Scene) -> np.ndarray:
+    """Return the direction away from rest.
+
+    A strip with slack that is short is the one that stands without a pressure: as it gets longer and
+    flatter its pressure rises, up to where it snaps.
+    """
+    strip = isinstance(scene.tip, Middle) and scene.tip.slack is not None
+    return -FORWARD if strip else FORWARD
 
 
 def _walked(family: SceneFamily, start: Point) -> SceneBranch:
@@ -242,6 +269,8 @@ def _walked(family: SceneFamily, start: Point) -> SceneBranch:
 
 def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
     """Find the folds between two neighbours; what stands still but for rounding has none."""
+    if min(p.scalars.A for p in pair) < CLOSE:
+        return []
     moving = [m for m in family.monitors if max(abs(m[1](p)) for p in pair) > STILL]
     return locate(family, pair, tuple(moving))
 
@@ -255,13 +284,15 @@ def _walk(
         s = point.scalars
         if points and s.A <= 0.0:
             found = located_between(family, points[-1], point, "BP", lambda p: p.scalars.A)
-            return [*points, found.point], "T" if family.scene.keeps_flat else "rest"
+            close = family.at(points[-1], found.point, Closure("amplitude", CLOSE))
+            beside = [close] if close is not None and points[-1].scalars.A > CLOSE else []
+            return [*points, *beside, found.point], "T" if family.scene.keeps_flat else "rest"
         if s.beta1 <= 0.0 or abs(s.pressure_ratio) > HIGHEST:
             return points, "unbounded"
         points.append(point)
         if end := ends(family, point):
             return points, end
-        if s.A > ROLLED:
+        if s.A * np.abs(point.profile.values[:, :, 0]).max() > ROLLED:
             return points, "rolled up"
         if len(points) > LONGEST:
             return points, "limit"
@@ -278,11 +309,25 @@ def _towards_rest(family: SceneFamily, point: Point) -> str:
     return "below" if gap_at_tip(point) < -BELOW else ""
 
 
-def _towards_contact(_: SceneFamily, point: Point) -> str:
-    """Say that the tip has come back to the wall."""
+def _towards_contact(family: SceneFamily, point: Point) -> str:
+    """Say that the tip has come back to the wall, or that one that rests on it lifts off."""
+    s, tip = point.scalars, family.scene.tip
+    if not isinstance(tip, TipLoad):
+        if s.sigma > FAR:
+            return "long"
+        if family.free is None and s.pressure_ratio < -BELOW:
+            return "suction"
+        lifts = isinstance(tip, Contact) and _found(point)["reaction"] < 0.0
+        return "lifts" if lifts else ""
     heights = point.profile.heights()
-    folded = point.scalars.A > 1.0
+    folded = s.A > 1.0
     return "contact" if heights[0, 0] < (TOUCHING if folded else -BELOW) * np.abs(heights).max() else ""
+
+
+def _found(point: Point) -> dict[str, float]:
+    """All numbers of the scene at a point."""
+    assert isinstance(point.problem, SceneDiscretisation)
+    return point.problem.found(point.x)
 
 
 def gap_at_tip(point: Point) -> float:
@@ -291,29 +336,39 @@ def gap_at_tip(point: Point) -> float:
 
 
 def _entered(family: SceneFamily) -> Point:
-    """Return a state of a scene, led over from the paper's at a fixed tip angle.
+    """Return a state of a scene, led over from the paper's at a fixed tip angle, or from a small one.
 
     The loads come first, at whatever pressure the angle asks for; a number that is left free is then
     let go of, while the pressure moves to the one that is held.
     """
     furthest = 0.0
-    for A in _entries(family):
-        profile = _plain(family, A)
-        if profile is None:
-            continue
-        held = Closure("amplitude", A)
-        found, h = _led_over(_into(family), profile, held)
+    for profile, way, held in _ways(family):
+        found, h = _led_over(way, profile, held)
         if found is not None and family.free is not None:
-            found, h = _led_over(_onto(family, found), found[0].profile(found[1].x), held)
+            found, h = _released(family, found)
             h += 1.0
         furthest = max(furthest, h / (2.0 if family.free else 1.0))
         if found is not None:
             problem, solved = found
-            return family.point(problem, solved.x, FORWARD, 0.0, solved.iterations)
+            return family.point(problem, solved.x, _forward(family.scene), 0.0, solved.iterations)
     raise NotConverged(
         f"the way from a plain rod into the scene was lost at {100.0 * furthest:.0f} % of it.",
         remedy="Name fewer or smaller loads, or check their units.",
     )
+
+
+def _ways(family: SceneFamily) -> Iterator[tuple[Profile, Callable[[float], SceneFamily], Closure]]:
+    """Yield states to begin with, each with a way into the scene and what is held on it."""
+    if isinstance(family.scene.tip, TipLoad):
+        for A in _entries(family):
+            if (profile := _plain(family, A)) is not None:
+                yield profile, _into(family), Closure("amplitude", A)
+        return
+    first = curled if isinstance(family.scene.tip, Contact) else swollen
+    start = first(family.scene, family.closure.value)
+    way = _into(family, start)
+    if (found := way(0.0).solve(start.profile, start.held)) is not None:
+        yield found[0].profile(found[1].x), way, start.held
 
 
 def _entries(family: SceneFamily) -> list[float]:
@@ -323,18 +378,40 @@ def _entries(family: SceneFamily) -> list[float]:
     return [*(0.6 * c.estimate(lambda s: s.A) for c in found[:1]), *ENTRIES]
 
 
-def _into(family: SceneFamily) -> Callable[[float], SceneFamily]:
-    """Return the way into a scene: from the paper's to all of its loads."""
+def _into(family: SceneFamily, start: SmallState | None = None) -> Callable[[float], SceneFamily]:
+    """Return the way into a scene: from the paper's, or from a start of its own, to all of its loads."""
     mesh = family.transcription
     assert isinstance(mesh, SceneSpectral)
-    return lambda h: replace(family, transcription=replace(mesh, entered=h, free=None), holding=())
+    first, instead = (start.entered, start.instead) if start is not None else (0.0, ())
+
+    def way(h: float) -> SceneFamily:
+        numbers = tuple((name, v + h * (family.scene.numbers[name] - v)) for name, v in instead)
+        entered = first + h * (1.0 - first)
+        own = replace(mesh, entered=entered, free=None, instead=numbers if h < 1.0 else ())
+        return replace(family, transcription=own, holding=())
+
+    return way
 
 
-def _onto(family: SceneFamily, found: tuple[Discretisation, Correction]) -> Callable[[float], SceneFamily]:
-    """Return the way onto a family with a free number: from the pressure of a state to the one held."""
-    start = found[0].scalars(found[1].x).pressure_ratio
+def _released(
+    family: SceneFamily, found: tuple[Discretisation, Correction]
+) -> tuple[tuple[Discretisation, Correction] | None, float]:
+    """Let go of a number while the pressure of a state moves to the one that is held.
+
+    Its amplitude stays, or where that way is lost its length.
+    """
+    s = found[0].scalars(found[1].x)
     (held,) = family.holding
-    return lambda h: replace(family, holding=(Closure(held.kind, start + h * (held.value - start)),))
+
+    def way(h: float) -> SceneFamily:
+        pressure = s.pressure_ratio + h * (held.value - s.pressure_ratio)
+        return replace(family, holding=(Closure(held.kind, pressure),))
+
+    profile = found[0].profile(found[1].x)
+    solved, furthest = _led_over(way, profile, Closure("amplitude", float(s.A)))
+    if solved is None:
+        return _led_over(way, profile, Closure("length", float(s.sigma)))
+    return solved, furthest
 
 
 def _plain(family: SceneFamily, A: float) -> SceneProfile | None:
@@ -359,7 +436,11 @@ def _led_over(
     h, step, solved = 0.0, 0.25, None
     while h < 1.0:
         share = min(1.0, h + step)
-        solved = way(share).solve(profile, held)
+        family = way(share)
+        solved = family.solve(profile, held)
+        if solved is None:  # a phase may end on the way, and its length with a square root
+            merged = family.merged(profile, family.phases_of(profile).phases)
+            solved = family.solve(merged, held) if merged is not None else None
         if solved is None:
             step *= 0.5
             if step < SHORTEST:

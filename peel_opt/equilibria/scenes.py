@@ -20,7 +20,7 @@ from ..base.errors import (
 )
 from ..base.threads import one_thread
 from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
-from ..model.dimension import LENGTH, TRACTION, Dimension
+from ..model.dimension import FORCE, LENGTH, TRACTION, Dimension
 from ..model.labels import fits
 from ..model.scene import Scene
 from ..residual.closures import Closure
@@ -44,6 +44,9 @@ FIRST, MOST_REFINEMENTS = Spectral(16), 5
 #: States from the last to the first that a question without state= means: the one that goes on from
 #: the attached rod, then the unfolded one of least pressure.
 DEFAULT = ("lifted", "unfolded")
+
+#: Ends of a branch beyond which it may go on.
+GIVEN_UP = {"stalled", "limit", "long", "suction", "unbounded"}
 
 #: Height as a share of the largest below which a rod is in its wall.
 HEIGHT_NOISE = 1e-9
@@ -289,22 +292,23 @@ def _nothing(
     wanted = f"{state or 'detached'} equilibrium"
     there = f" States that do exist there: {', '.join(others)}." if others else ""
     points = [p for branch in branches for p in branch.points]
-    if {"stalled", "limit"} & {end for branch in branches for end in branch.ends}:
-        reached = points[-1].scalars
-        return NotConverged(
-            f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
-            f" (p/T0 = {reached.pressure_ratio:.4g}, sbar/eta = {reached.sigma:.4g}).{there}",
-            remedy="Ask for a number nearer to where the rod begins to lift.",
-        )
     read: Callable[[Any], float] = (
         (lambda s: s.sigma) if question.target.kind == "length" else (lambda s: s.pressure_ratio)
     )
     values = [read(p.scalars) for p in points]
     nearest = min(values, key=lambda v: abs(v - question.target.value))
     unit = COMMON[question.target.kind].size(question.scene.rod)
+    best = f" The nearest that it has: {question.target.kind} = {nearest * unit:.8g}."
+    if GIVEN_UP & {end for branch in branches for end in branch.ends}:
+        reached = points[-1].scalars
+        return NotConverged(
+            f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
+            f" (p/T0 = {reached.pressure_ratio:.4g}, sbar/eta = {reached.sigma:.4g}).{best}{there}",
+            remedy="Ask for a number nearer to where the rod begins to lift.",
+        )
     return NoEquilibrium(
         f"no {wanted} of this scene at {question.words}, on the branch that goes on from the attached rod."
-        f" The nearest that it has: {question.target.kind} = {nearest * unit:.8g}.{there}",
+        f"{best}{there}",
         nearest=nearest * unit,
     )
 
@@ -380,11 +384,11 @@ def certificate_of(problem: SceneDiscretisation, x: np.ndarray) -> float:
     """
     scene, q = problem.settings.scene, problem.found(x)
     tip, first, work = problem.ends(x)
+    curvature = problem.tip_curvature(x)
     if scene.has_identity:
-        return abs(scene.identity(tip, first, work, q))
+        return abs(scene.identity(tip, first, work, curvature, q))
     Nx, Ny = (float(force) for force in scene.tip_force(tip, q))
-    start = Tip(tip.theta, tip.x, tip.y, Nx, Ny, float(scene.tip_curvature(q)))
-    return march(scene, q, tip.sbar, start).missed
+    return march(scene, q, tip.sbar, Tip(tip.theta, tip.x, tip.y, Nx, Ny, curvature)).missed
 
 
 def report(
@@ -411,8 +415,10 @@ def report(
         "overhang": np.abs(shape.theta).max() > 0.5 * np.pi,
         "self-contact": shape.crosses_itself(),
         "edge pulled": reaction < 0.0 and not scene.line_energy,
+        "tip pulled": q.get("reaction", 0.0) < 0.0,
     }
-    numbers = {name: q[name] * kind.size(rod) for name, kind in scene.dimensions.items()}
+    measured = scene.dimensions | dict.fromkeys(scene.reactions, FORCE)
+    numbers = {name: q[name] * kind.size(rod) for name, kind in measured.items()}
     certified = error <= tol and missed <= tol
     return Equilibrium(
         rod=rod,

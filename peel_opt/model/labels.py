@@ -71,6 +71,7 @@ FLAGS = {
     "tip on plate": "the tip is held down to the plate",
     "self-contact": "the rod crosses itself: contact is not modelled",
     "edge pulled": "the wall would have to pull at the detachment point",
+    "tip pulled": "the wall would have to pull at the tip that rests on it",
 }
 
 #: Flags that make a state unphysical under the law it was computed with.

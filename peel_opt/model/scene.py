@@ -27,7 +27,7 @@ from .mixed_bonds import Bond, Opening
 from .place import Numbers, Place
 from .rod import Rod, require_rod
 from .stretch import past_of, shared_kink
-from .tips import FREE, Contact, TipLoad
+from .tips import FREE, Contact, Middle, Tip, TipLoad
 from .walls import PLATE, Flat, Wall
 
 #: Numbers of the scene itself, and what they measure.
@@ -47,6 +47,7 @@ class Scene:
     wall : Wall
         `Flat` or `Circle`.
     tip : TipLoad or Contact
+        What is done to the tip; `Contact` where the rod curls into its wall.  `Blister` is half of a strip.
     law : CohesiveLaw, Bond or str
         Any `CohesiveLaw`, `EffectiveOpening` or `ShearSprings`.  "auto" is law (8).
     natural_curvature : float
@@ -65,7 +66,7 @@ class Scene:
     rod: Rod
     loads: Sequence[Load] = ()
     wall: Wall = PLATE
-    tip: TipLoad | Contact = FREE
+    tip: Tip = FREE
     law: CohesiveLaw | Bond | str = "auto"
     natural_curvature: float = 0.0
     unbonded: float = 0.0
@@ -75,7 +76,7 @@ class Scene:
     def __post_init__(self) -> None:
         require_rod(self.rod)
         object.__setattr__(self, "loads", _checked_loads(self.loads))
-        for name, part, kind in (("wall", self.wall, Wall), ("tip", self.tip, TipLoad | Contact)):
+        for name, part, kind in (("wall", self.wall, Wall), ("tip", self.tip, Tip)):
             if not isinstance(part, kind):
                 raise InvalidInput(f"{name} of a scene cannot be {part!r:.60}.")
         object.__setattr__(self, "bond", _as_bond(self.law))
@@ -84,6 +85,8 @@ class Scene:
         )
         object.__setattr__(self, "unbonded", non_negative("unbonded", self.unbonded, "m"))
         object.__setattr__(self, "line_energy", non_negative("line_energy", self.line_energy, "J/m^2"))
+        if isinstance(self.tip, Middle) and not self.is_flat:
+            raise InvalidInput("half of a symmetric strip is modelled on a flat wall.")
         if self.bond.slips and not self.is_flat:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
@@ -132,6 +135,8 @@ class Scene:
     def keeps_flat(self) -> bool:
         """Whether the attached rod is an equilibrium at some pressure at every length: T exists."""
         loads = all(load.keeps_flat for load in self.loads) and not self.unbonded and not self.line_energy
+        if isinstance(self.tip, Middle):
+            return loads and self.tip.slack is None
         tip = isinstance(self.tip, TipLoad) and self.tip.keeps_flat
         return loads and tip and self.imposed_curvature == 0.0
 
@@ -147,7 +152,7 @@ class Scene:
         What bends the wall, the rod or the bond grows with the share; the loads of this scene take over
         from a uniform pressure (`load`), and a force or a moment on the tip grows.
         """
-        growing = {*OWN, *self.wall.parameters, *self.bond.parameters, "force", "moment"}
+        growing = {*OWN, *self.wall.parameters, *self.bond.parameters, "force", "moment", "roller"}
         own = {name: value * (share if name in growing else 1.0) for name, value in self.numbers.items()}
         return own | {"entered": share}
 
@@ -184,8 +189,16 @@ class Scene:
         return q.get("natural_curvature", 0.0) - q.get("moment", 0.0)
 
     def tip_start(self, A: Any, sbar: Any, q: Numbers) -> tuple[Any, Any]:
-        """Return theta' and theta at the tip over the amplitude A, both less those of the wall, along xi."""
-        return (self.tip_curvature(q) - self.wall.curvature_of(q)) * sbar / A, -1.0
+        """Return theta' and theta at the tip over the amplitude A, both less those of the wall, along xi.
+
+        One of them is the scale of the amplitude: the inclination of a tip, the curvature of a middle.
+        """
+        if isinstance(self.tip, Middle):
+            return -1.0, 0.0
+        scale = (
+            1.0 if isinstance(self.tip, Contact) else -1.0
+        )  # a tip that is pressed on the wall points down
+        return (self.tip_curvature(q) - self.wall.curvature_of(q)) * sbar / A, scale
 
     def tip_force(self, at: Place, q: Numbers) -> tuple[Any, Any]:
         """Return (N_x, N_y) at the tip."""
@@ -193,17 +206,23 @@ class Scene:
             return 0.0, 0.0
         if isinstance(self.tip, TipLoad):
             return self.tip.pull(q)
+        if isinstance(self.tip, Middle):
+            return q["roller" if self.tip.slack is None else "thrust"], 0.0
         _, nx, ny = self.wall.gap(at, q)
         return q["reaction"] * nx, q["reaction"] * ny
 
     @property
     def reactions(self) -> tuple[str, ...]:
         """Names of the forces that are not given but follow from `tip_equations`."""
-        return ("reaction",) if isinstance(self.tip, Contact) else ()
+        return self.tip.reactions
 
     def tip_equations(self, at: Place, q: Numbers) -> list[Any]:
-        """Return what vanishes at the tip beside the balances: the gap of one that rests on the wall."""
-        return [self.wall.gap(at, q)[0] / at.sbar] if isinstance(self.tip, Contact) else []
+        """Return what vanishes at the tip beside the balances: a gap, or what the slack does not explain."""
+        if isinstance(self.tip, Contact):
+            return [self.wall.gap(at, q)[0] / at.sbar]
+        if isinstance(self.tip, Middle) and self.tip.slack is not None:
+            return [(at.slip - q["slack"]) / at.sbar]
+        return []
 
     def switch(self, at: Place, q: Numbers, before: Piece, after: Piece) -> Any:
         """Return what vanishes where one stretch of the rod ends and the next begins."""
@@ -222,14 +241,13 @@ class Scene:
     @property
     def has_identity(self) -> bool:
         """Whether the first integrals say something about every state: on a flat wall always."""
-        radial = self.loads == (Pressure(),) and not self.numbers.get("force")
-        return isinstance(self.tip, TipLoad) and (self.is_flat or radial)
+        return self.is_flat or (self.loads == (Pressure(),) and not self.numbers.get("force"))
 
     def work(self, at: Place, q: Numbers) -> Any:
         """Return the density of what the loads put into the identity of a flat wall."""
         return sum(load.work(at, q) for load in self.loads)
 
-    def identity(self, tip: Place, first: Place, work: float, q: Numbers) -> float:
+    def identity(self, tip: Place, first: Place, work: float, curvature: float, q: Numbers) -> float:
         """Return by how much the identity is missed, over T0 eta.
 
         Parameters
@@ -238,6 +256,8 @@ class Scene:
             The tip, and the place nearest to it that is bonded.
         work : float
             The integral of `work` along the detached length.
+        curvature : float
+            theta'(0), times eta.
         q : mapping
             All numbers.
         """
@@ -245,9 +265,11 @@ class Scene:
         gap = self.wall.gap(first, q)[0]
         separated = self.bond.potential(float(gap) * r, float(first.slip) * r, q) / r
         kw = self.wall.curvature_of(q)
-        stored = 0.5 * (self.tip_curvature(q) - kw) ** 2
+        stored = 0.5 * (curvature - kw) ** 2
+        at_tip, *normal = self.wall.gap(tip, q)
+        if isinstance(self.tip, Contact):
+            stored += self.tip.work(tip, (normal[0], normal[1]), q)
         if not self.is_flat:
-            at_tip = self.wall.gap(tip, q)[0]
             return float(q["pressure"] * (at_tip - 0.5 * kw * at_tip**2) + stored - separated - G0)
         if isinstance(self.tip, TipLoad) and self.tip is not FREE:
             work += self.tip.work(tip.theta, q)

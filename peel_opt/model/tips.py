@@ -1,4 +1,4 @@
-"""What is done to the free end of the rod."""
+"""What is done to the end of the rod that is not glued."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from ..base.checks import finite
-from .dimension import ANGLE, FORCE, MOMENT, Dimension
-from .place import Numbers
+from ..base.checks import finite, non_negative
+from ..base.errors import InvalidInput
+from .dimension import ANGLE, FORCE, LENGTH, MOMENT, Dimension
+from .place import Numbers, Place
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class TipLoad:
     parameters: ClassVar[dict[str, Dimension]] = {"force": FORCE, "angle": ANGLE, "moment": MOMENT}
 
     form: ClassVar[str] = "load"
+    reactions: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", finite("force", self.force, "N/m"))
@@ -59,15 +61,78 @@ class TipLoad:
 
 @dataclass(frozen=True)
 class Contact:
-    """The tip rests on the wall without friction: no gap, no moment, an unknown reaction along its normal."""
+    """The tip rests on the wall without friction: no gap, no moment, an unknown reaction along its normal.
+
+    So lies a strip that curls into its wall.
+    """
 
     form: ClassVar[str] = "contact"
     parameters: ClassVar[dict[str, Dimension]] = {}
+    reactions: ClassVar[tuple[str, ...]] = ("reaction",)
 
     def numbers(self) -> dict[str, float]:
         """Return no parameters."""
         return {}
 
+    def work(self, tip: Place, normal: tuple[Any, Any], q: Numbers) -> Any:
+        """Return its term in the identity, -F sin(theta - psi), where psi is the angle of the wall."""
+        nx, ny = normal
+        return -q["reaction"] * (ca.sin(tip.theta) * ny + ca.cos(tip.theta) * nx)
+
+
+@dataclass(frozen=True)
+class Middle:
+    """The middle of a symmetric strip: no inclination, no shear force, an axial force.
+
+    Parameters
+    ----------
+    roller : float, optional
+        The axial force N_x [N/m] there, compression positive, of a strip whose ends may slide in.
+    slack : float, optional
+        Length d [m] that the half strip has more than the wall under it; N_x follows.
+    """
+
+    roller: float | None = None
+    slack: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.roller is None) == (self.slack is None):
+            raise InvalidInput(
+                "a blister takes one of roller= and slack=.",
+                remedy="A strip that cannot stretch and has neither stays flat for ever, at any pressure.",
+            )
+        if self.roller is not None:
+            object.__setattr__(self, "roller", finite("roller", self.roller, "N/m"))
+        if self.slack is not None:
+            object.__setattr__(self, "slack", non_negative("slack", self.slack, "m"))
+        if self.slack == 0.0:
+            raise InvalidInput(
+                "a blister that cannot stretch and has no slack stays flat for ever, at any pressure.",
+                remedy="Give a positive slack=, or roller= for ends that may slide in.",
+            )
+
+    @property
+    def form(self) -> tuple[str, bool]:
+        """What it shares with another that differs in its number alone."""
+        return "middle", self.slack is None
+
+    @property
+    def reactions(self) -> tuple[str, ...]:
+        """The axial force, where the slack is given."""
+        return () if self.slack is None else ("thrust",)
+
+    @property
+    def parameters(self) -> dict[str, Dimension]:
+        """What its number measures."""
+        return {"roller": FORCE} if self.slack is None else {"slack": LENGTH}
+
+    def numbers(self) -> dict[str, float]:
+        """Return the axial force or the slack."""
+        return {name: getattr(self, name) for name in self.parameters}
+
+
+#: Whatever a rod may have where it is not glued.
+Tip = TipLoad | Contact | Middle
 
 #: The paper's tip.
 FREE = TipLoad()

@@ -106,7 +106,7 @@ def march(scene: Scene, q: Numbers, sbar: float, tip: Tip) -> March:
                 first = _place(s, sbar, state, past)
                 piece = law.piece_at(float(scene.opening(first, q)))
     theta, curvature, Nx, Ny, x, y, _, work = (float(v) for v in state)
-    missed = scene.identity(start, first, work, q) if scene.has_identity else float("nan")
+    missed = scene.identity(start, first, work, tip.curvature, q) if scene.has_identity else float("nan")
     front = float(scene.front_curvature(q))
     return March(theta, curvature - front, x, y, Nx, Ny, missed, tuple(switches))
 

@@ -9,13 +9,14 @@ with alpha/A among the unknowns instead no larger term hides it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeGuard
 
 import numpy as np
 
 from .closures import Closing
 from .discretisation import Discretisation
 from .newton import Correction, correct
-from .spectral import SpectralDiscretisation
+from .spectral import Spectral, SpectralDiscretisation
 
 #: Updates below this size go on: beside the least pressure, a double root, each is half of the one before.
 HALVING = 1e-3
@@ -24,14 +25,19 @@ HALVING = 1e-3
 def sharper(problem: Discretisation) -> SpectralDiscretisation | None:
     """Return the same problem with alpha/A among the unknowns; None where that gains nothing."""
     tip = problem.phases[0]
-    if not isinstance(problem, SpectralDiscretisation) or problem.settings.low_pressure:
+    if not _is_spectral(problem) or problem.settings.low_pressure:
         return None
     return problem.with_form(low_pressure=True) if tip.lets_go and tip.lost is not None else None
 
 
+def _is_spectral(problem: Discretisation) -> TypeGuard[SpectralDiscretisation]:
+    """Whether it is the paper's scene in the spectral form; other scenes have their own unknowns."""
+    return isinstance(problem, SpectralDiscretisation) and isinstance(problem.settings, Spectral)
+
+
 def usual(problem: Discretisation, x: np.ndarray) -> tuple[Discretisation, np.ndarray]:
     """Return a solution in the usual unknowns."""
-    if not isinstance(problem, SpectralDiscretisation) or not problem.settings.low_pressure:
+    if not _is_spectral(problem) or not problem.settings.low_pressure:
         return problem, x
     there = problem.with_form(low_pressure=False)
     return there, problem.in_form(x, there)

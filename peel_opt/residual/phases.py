@@ -153,7 +153,15 @@ def without_thinnest_inner_phase(profile: Profile, phases: Phases) -> Profile | 
     if not inner:
         return None
     j = min(inner, key=lambda j: profile.lengths[j])
+    return _level(profile, j, profile.values[j, 0, 4])
+
+
+def without_middle_phase(profile: Profile) -> Profile:
+    """Lower the phase at the middle of a symmetric strip, where its height has an extremum, to the kink."""
+    return _level(profile, 0, profile.values[0, -1, 4])
+
+
+def _level(profile: Profile, phase: int, height: float) -> Profile:
     values = profile.values.copy()
-    edge = values[j, 0, 4]
-    values[j, :, 4] = edge
+    values[phase, :, 4] = height
     return replace(profile, values=values)

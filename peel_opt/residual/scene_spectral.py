@@ -65,12 +65,15 @@ class SceneSpectral(Transcription):
         The number of the scene that is unknown.
     entered : float
         How far the scene has taken over from the paper's, 0 to 1.
+    instead : tuple of (str, float)
+        Numbers in place of the scene's own, on the way into it.
     """
 
     scene: Scene
     mesh: Spectral = MESH
     free: str | None = None
     entered: float = 1.0
+    instead: tuple[tuple[str, float], ...] = ()
 
     @property
     def nodes(self) -> int:
@@ -95,7 +98,7 @@ class SceneSpectral(Transcription):
     @property
     def given(self) -> dict[str, float]:
         """The numbers of the scene that are known."""
-        numbers = self.scene.entered(self.entered)
+        numbers = self.scene.entered(self.entered) | dict(self.instead)
         return {name: value for name, value in numbers.items() if name != self.free}
 
     def discretise(self, phases: Phases) -> SceneDiscretisation:
@@ -145,6 +148,12 @@ class SceneDiscretisation(SpectralDiscretisation):
         s = self.scalars(x)
         own = dict(zip(self.settings.unknown, x[self.extra].tolist(), strict=True))
         return {**self.settings.given, **own, "pressure": s.pressure_ratio, "ratio": s.ratio}
+
+    def tip_curvature(self, x: np.ndarray) -> float:
+        """Return theta'(0) of a solution, times eta."""
+        s, q, scene = self.scalars(x), self.found(x), self.settings.scene
+        bend, _ = scene.tip_start(s.A, s.sigma, q)
+        return float(scene.wall.curvature_of(q) + s.A * bend / s.sigma)
 
     def ends(self, x: np.ndarray) -> tuple[Place, Place, float]:
         """Return the tip, the bonded place nearest to it, and the work of the loads in the identity."""

@@ -56,6 +56,8 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "Circle": lambda: {"curvature": 0.1},
     "Flat": dict,
     "TipLoad": dict,
+    "Contact": dict,
+    "Blister": lambda: {"rod": ROD, "slack": 0.1},
     "EffectiveOpening": lambda: {"zeta": 0.5},
     "ShearSprings": lambda: {"stiffness": 1.0},
     "tradeoff": lambda: {

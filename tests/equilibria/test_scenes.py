@@ -10,7 +10,7 @@ import pytest
 
 import peel_opt as po
 
-from ..scene_states import REFERENCE, free_tips, pressure_of, scene_of, title
+from ..scene_states import REFERENCE, pressure_of, rods, scene_of, title
 
 #: What was solved for, by the name of the reference, and the public name.
 FREE = {"sbar": "length", "p": "pressure", "F": "force", "M": "moment"}
@@ -31,6 +31,7 @@ QUICK = (
     "all loads at once (flat)",
     "circle kw=-.1 kn=-.05 M=-.02 P=.7",
     "G0=0.005 P=.8",
+    "tip contact flat kn=-.2 P=0",
 )
 
 ROD = po.Rod.from_ratio(1.0)
@@ -45,7 +46,7 @@ def _solved(state: dict[str, Any]) -> po.Equilibrium:
 
 @pytest.mark.parametrize(
     "state",
-    [pytest.param(s, marks=() if s["tag"] in QUICK else pytest.mark.slow, id=title(s)) for s in free_tips()],
+    [pytest.param(s, marks=() if s["tag"] in QUICK else pytest.mark.slow, id=title(s)) for s in rods()],
 )
 def test_a_known_state_is_met_within_its_error(state: dict[str, Any]) -> None:
     eq, v = _solved(state), state["values"]

@@ -1,0 +1,132 @@
+"""Small states that no plain rod leads to: a curled tip on its wall, and a strip between two edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.errors import InvalidInput
+from ..base.quadrature import gauss
+from ..model.equations import Scalars
+from ..model.groups import PI4
+from ..model.scene import Scene
+from ..model.tips import Middle
+from ..residual.closures import Closure
+from ..residual.discretisation import PROFILE_POINTS, chebyshev
+from ..residual.scene_spectral import SceneProfile
+
+#: The root of tan(g) = tanh(g) at which a symmetric strip leaves its wall, sbar = g (k y0/T0)^(1/4).
+STRIP = 3.926602312047919
+
+#: Curvature over 1/eta, less that of the wall, of the curled rod that a contact begins with.
+CURL = 0.01
+
+#: Amplitude, minus the curvature of the middle times the length, that a strip begins with; the largest one.
+SWELLING, LARGEST = 0.2, 1.0
+
+
+#: Gauss nodes for what the kernel takes up of a slack.
+NODES = 16
+
+
+@dataclass(frozen=True)
+class SmallState:
+    """A state to begin with, known but for small terms, and the way from there.
+
+    Parameters
+    ----------
+    profile : SceneProfile
+    held : Closure
+        What is held on the way into the scene.
+    entered : float
+        How far the scene has taken over there, 0 to 1.
+    instead : tuple of (str, float)
+        Numbers in place of the scene's own there.
+    """
+
+    profile: SceneProfile
+    held: Closure
+    entered: float = 0.0
+    instead: tuple[tuple[str, float], ...] = ()
+
+
+def curled(scene: Scene, ratio: float) -> SmallState:
+    """Return a short rod that curls into its wall, without a pressure.
+
+    A beam under -T0 with y = y'' = 0 at its tip has the length 2 sqrt(|kappa| k/T0), the reaction
+    3/4 of T0 times that, and the inclination sbar^3 T0/(24 k) there.
+
+    Raises
+    ------
+    InvalidInput
+        If the rod does not curl into its wall.
+    """
+    curl = scene.imposed_curvature
+    if curl >= 0.0:
+        raise InvalidInput(
+            "a tip rests on its wall only where the rod curls into it, and this one does not.",
+            remedy="Give a natural_curvature below the curvature of the wall, or a tip without contact.",
+        )
+    share = min(1.0, CURL / -curl)
+    length = 2.0 * math.sqrt(-curl * share)
+    A, t = length**3 / 24.0, 1.0 - _points()
+    Theta, K, ny, Y = (
+        t**2 * (4.0 * t - 3.0),
+        6.0 * t * (1.0 - 2.0 * t),
+        6.0 * (4.0 * t - 1.0),
+        t**3 * (1.0 - t),
+    )
+    scalars = Scalars(A, -24.0, length, ratio * length**4 - PI4)
+    numbers = {**scene.entered(share), "reaction": 0.75 * length, "pressure": 0.0, "ratio": ratio}
+    return SmallState(_profile(scene, (Theta, K, ny, Y), scalars, numbers), Closure("pressure", 0.0), share)
+
+
+def swollen(scene: Scene, ratio: float) -> SmallState:
+    """Return a strip just lifted between two edges: the kernel of its linear problem.
+
+    Y = a cos(g xi) + b cosh(g xi) + c with tan(g) = tanh(g), and Y(1) = Y'(1) = Y''(1) = 0.  A given
+    slack begins as what this shape takes up, A^2 sbar int Theta^2 / 2.
+    """
+    assert isinstance(scene.tip, Middle)
+    g, xi = STRIP, _points()
+    a = 1.0 / (g**2 * (1.0 - math.cos(g) / math.cosh(g)))
+    b = a * math.cos(g) / math.cosh(g)
+
+    def inclination(at: np.ndarray) -> np.ndarray:
+        return g * (b * np.sinh(g * at) - a * np.sin(g * at))
+
+    K = g**2 * (b * np.cosh(g * xi) - a * np.cos(g * xi))
+    ny = g**3 * (b * np.sinh(g * xi) + a * np.sin(g * xi))
+    Y = a * (np.cos(g * xi) - math.cos(g)) + b * (np.cosh(g * xi) - math.cosh(g))
+    length, A = g / ratio**0.25, SWELLING
+    instead: tuple[tuple[str, float], ...]
+    if scene.tip.slack is None:
+        instead = (("roller", 0.0),)
+    else:
+        nodes, weights = gauss(NODES)
+        taken = 0.5 * length * float(weights @ inclination(nodes) ** 2)
+        A = min(LARGEST, math.sqrt(scene.numbers["slack"] / taken))
+        instead = (("slack", A**2 * taken),)
+    scalars = Scalars(A, 2.0 * g**4 * a * math.cos(g), length, g**4 - PI4)
+    numbers = {**scene.entered(0.0), **dict(instead), "thrust": 0.0, "ratio": ratio}
+    numbers["pressure"] = scalars.pressure_ratio
+    return SmallState(
+        _profile(scene, (inclination(xi), K, ny, Y), scalars, numbers), Closure("amplitude", A), 0.0, instead
+    )
+
+
+def _points() -> np.ndarray:
+    """xi of the points of a profile with one phase."""
+    return chebyshev(PROFILE_POINTS)[0]
+
+
+def _profile(
+    scene: Scene, fields: tuple[np.ndarray, ...], scalars: Scalars, numbers: dict[str, float]
+) -> SceneProfile:
+    """Return a profile without an axial force, of one phase."""
+    Theta, K, ny, Y = fields
+    still = np.zeros_like(Theta)
+    values = np.stack([Theta, K, still, ny, Y, _points() - 1.0, still], axis=-1)
+    return SceneProfile(np.ones(1), values[None], scalars, scene, numbers)

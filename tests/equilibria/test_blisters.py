@@ -1,0 +1,148 @@
+"""Strips between two edges, and tips that rest on their wall: known states, transitions, limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+
+from ..scene_states import REFERENCE, blisters, pressure_of, scene_of, title
+
+ROD = po.Rod.from_ratio(1.0)
+
+QUICK = ("roller Nx=0 P=.8", "slack d=0.1 sbar=3", "slack d=0.2 sbar=5")
+
+
+@pytest.mark.parametrize(
+    "state",
+    [pytest.param(s, marks=() if s["tag"] in QUICK else pytest.mark.slow, id=title(s)) for s in blisters()],
+)
+def test_a_known_blister_is_met_within_its_error(state: dict[str, Any]) -> None:
+    v, by_length = state["values"], state["free"] == ["sbar"]
+    given = {"pressure": pressure_of(state)} if by_length else {"length": v["sbar"]}
+    eq = po.solve(scene_of(state), free="length" if by_length else "pressure", **given)
+    digits = 10.0 ** (1 - state["digits"])
+    assert eq.certified
+    assert abs(eq.answer - v[state["free"][0]]) <= eq.error + digits
+    assert eq.valid
+    assert eq.y[0] == pytest.approx(v["y_c"], abs=300.0 * digits)
+    assert eq.curvature[0] == pytest.approx(v["kap_c"], abs=300.0 * digits)
+    assert eq.Nx[0] == pytest.approx(v["Nx_c"], abs=300.0 * digits)
+    assert eq.Ny[-1] == pytest.approx(v["Ny_sbar"], abs=300.0 * digits)
+    assert eq.theta[0] == 0.0
+
+
+def test_a_strip_on_rollers_lifts_at_a_longer_length_than_an_edge() -> None:
+    """As p -> T0 half of it has the length g (k y0/T0)^(1/4) with tan(g) = tanh(g), not pi."""
+    gamma = float(REFERENCE["linear_critical"]["S7_gamma"])
+    lengths = [
+        po.solve(po.Blister(ROD, roller=0.0), free="length", pressure=1.0 - h).length for h in (2e-5, 1e-5)
+    ]
+    assert 2.0 * lengths[1] - lengths[0] == pytest.approx(gamma, abs=1e-9)
+
+
+@pytest.mark.parametrize("N0", ["1.0", "10.0", "-5.0"])
+def test_a_push_on_the_ends_brings_that_length_forward(N0: str) -> None:
+    """beta1c(N0), with N0 = N_x sbar^2/k; a pull puts it off."""
+    critical = float(REFERENCE["linear_critical"]["S7_N0"].get(N0, math.nan))
+    if math.isnan(critical):
+        critical = 121.470979364
+    length = critical**0.25
+    scene = po.Blister(ROD, roller=float(N0) / length**2)
+    lengths = [po.solve(scene, free="length", pressure=1.0 - h).length for h in (2e-5, 1e-5)]
+    assert 2.0 * lengths[1] - lengths[0] == pytest.approx(length, abs=1e-8)
+
+
+def test_slack_and_thrust_are_inverses() -> None:
+    """The force that a slack brings about, given on rollers, takes up that slack."""
+    held = po.solve(po.Blister(ROD, slack=0.1), free="length", pressure=0.5)
+    thrust = held.numbers["thrust"]
+    free = po.solve(po.Blister(ROD, roller=thrust), free="length", pressure=0.5, near=held.length)
+    assert free.length == pytest.approx(held.length, abs=1e-9)
+    assert free.length + free.x[0] == pytest.approx(0.1, abs=1e-9)
+    back = po.solve(po.Blister(ROD, slack=0.3), free="slack", pressure=0.5, length=held.length)
+    assert back.answer == pytest.approx(0.1, abs=1e-8)
+
+
+def test_a_strip_with_slack_stands_without_pressure_and_grows_with_it() -> None:
+    """Buckled at p = 0; the state that grows from there comes first, and is the default."""
+    scene = po.Blister(ROD, slack=0.1)
+    lengths = [po.solve(scene, free="length", pressure=p).length for p in (0.0, 0.3, 0.5)]
+    assert np.all(np.diff(lengths) > 0.0)
+    assert po.solve(scene, free="length", pressure=0.5, state="unfolded").length > lengths[-1]
+    with pytest.raises(po.NotConverged, match=r"far as it was followed.*nearest.*pressure = 0\.557"):
+        po.solve(scene, free="length", pressure=0.6)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "flat for ever"),
+        ({"slack": 0.0}, "flat for ever"),
+        ({"slack": -0.1}, "zero or positive"),
+        ({"roller": 0.0, "slack": 0.1}, "one of roller= and slack="),
+        ({"stretch": 100.0}, "not modelled"),
+        ({"roller": math.inf}, "finite"),
+        ({"slack": 0.1, "tip": po.Contact()}, "tip of a blister"),
+        ({"slack": 0.1, "wall": po.Circle(0.1)}, "flat wall"),
+    ],
+)
+def test_a_strip_that_cannot_lift_is_refused(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        po.Blister(ROD, **given)
+
+
+# -- tips that rest on their wall
+
+
+@pytest.mark.parametrize("curvature", [0.0, 0.2, -0.1])
+def test_the_reaction_at_a_tip_balances_the_curl(curvature: float) -> None:
+    """Fc sin(theta - psi) = (k/2) (kw - kap_n)^2, with psi the angle of the wall at the tip."""
+    curl = 0.2
+    scene = po.Scene(ROD, wall=po.Circle(curvature), tip=po.Contact(), natural_curvature=curvature - curl)
+    eq = po.solve(scene, free="length", pressure=0.3)
+    angle = math.atan2(curvature * eq.x[0], 1.0 - curvature * eq.y[0])
+    assert eq.numbers["reaction"] * math.sin(eq.tip_angle - angle) == pytest.approx(0.5 * curl**2, abs=1e-12)
+    assert eq.curvature[0] == pytest.approx(curvature - curl, abs=1e-12)
+    assert eq.valid
+
+
+def test_a_little_curl_lifts_a_length_that_is_known() -> None:
+    """sbar -> 2 sqrt(|kap_n| k / (T0 - p))."""
+    for curl, within in ((1e-2, 1e-3), (1e-4, 1e-5)):
+        scene = po.Scene(ROD, tip=po.Contact(), natural_curvature=-curl)
+        length = po.solve(scene, free="length", pressure=0.5).length
+        assert length == pytest.approx(2.0 * math.sqrt(2.0 * curl), rel=within)
+
+
+def test_a_straight_strip_in_an_artery_rests_on_its_tip() -> None:
+    """Wall and rod bend against each other: the tip touches, in the units of the rod too."""
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    scene = po.Scene(rod, wall=po.Circle(0.2 / rod.eta), tip=po.Contact())
+    eq = po.solve(scene, free="length", pressure=0.5 * rod.adhesion_strength)
+    assert eq.certified
+    assert eq.numbers["reaction"] > 0.0
+    over = po.solve(
+        po.Scene(po.Rod.from_ratio(rod.ratio), wall=po.Circle(0.2), tip=po.Contact()),
+        free="length",
+        pressure=0.5,
+    )
+    assert eq.length == pytest.approx(over.length * rod.eta, rel=1e-9)
+    unit = rod.adhesion_strength * rod.eta
+    assert eq.numbers["reaction"] == pytest.approx(over.numbers["reaction"] * unit, rel=1e-9)
+
+
+def test_the_curl_of_a_tip_is_found_from_its_length() -> None:
+    scene = po.Scene(ROD, tip=po.Contact(), natural_curvature=-0.1)
+    found = po.solve(scene, free="natural_curvature", pressure=0.0, length=0.8950880223457239)
+    assert found.answer == pytest.approx(-0.2, abs=1e-8)
+
+
+def test_a_tip_that_is_lifted_by_its_curl_does_not_rest() -> None:
+    scene = po.Scene(ROD, tip=po.Contact(), natural_curvature=0.1)
+    with pytest.raises(po.InvalidInput, match="curls into"):
+        po.solve(scene, free="length", pressure=0.3)
