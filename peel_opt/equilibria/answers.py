@@ -61,7 +61,7 @@ class Answers(Stored):
     certificates : ndarray
         As `Equilibrium.certificate`.
     conditions : ndarray
-        |d answer / d given|, as `Stats.condition`.
+        |d answer / d given|, as `Stats.condition`, to two per cent or 1e-4.
     nearest : ndarray
         Where there is no equilibrium, the nearest given number that has one, if it is known.
     states, statuses, laws, flags, reasons : ndarray of str

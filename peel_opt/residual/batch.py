@@ -30,6 +30,10 @@ from .stack import TAIL, Stack, gradient
 #: shrink: across a fold, where its determinant changes sign, they would not.
 CHORD = 3e-3
 
+#: Share of the update before, if that is larger than the second number, from which on the inverse at hand has
+#: done its work and is no more that of the solution: beside folds.
+STALE, FINE = 1e-3, 1e-6
+
 #: Largest scaled update at which to stop, and iterations at most.
 ENOUGH, MOST_ITERATIONS = 1e-11, 10
 
@@ -155,7 +159,7 @@ def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.nda
     update, sizes = np.zeros_like(x), np.zeros_like(x)
     inverse = np.zeros((count, stack.size, stack.size))
     step, before = np.full(count, np.inf), np.full(count, np.inf)
-    converged, going = np.zeros(count, bool), np.arange(count)
+    converged, stale, going = np.zeros(count, bool), np.zeros(count, bool), np.arange(count)
     for _ in range(MOST_ITERATIONS):
         chord = step[going] < np.minimum(CHORD, CONTRACTION * before[going])
         renewed = going[~chord]
@@ -170,6 +174,10 @@ def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.nda
         update[going] = -_applied(inverse[going], values[going])
         before[going] = step[going]
         step[going] = (np.abs(update[going]) / _scale(stack, x[going])).max(axis=1)
+        # How fast updates shrink says by how much the Jacobian has changed, as long as rounding does not.
+        stale[going] = chord & (
+            stale[going] | ((step[going] > STALE * before[going]) & (before[going] > FINE))
+        )
         sound = step[going] <= WILD  # also not where it is no number
         going, chord = going[sound], chord[sound]
         x[going] += update[going]
@@ -180,6 +188,10 @@ def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.nda
         going = going[~done]
         if not going.size:
             break
+    again = np.flatnonzero(converged & stale)
+    if again.size:
+        _, jacobian = stack.linearise(x[again], kinds, given[again])
+        inverse[again] = _inverses(jacobian)
     return Solved(stack, kinds, given, x, converged, update, inverse, sizes)
 
 

@@ -46,7 +46,11 @@ def assert_agrees(found, i, **options):
     assert found.tip_angle.flat[i] == pytest.approx(eq.theta[0], abs=1e-5)
     for name in NUMBERS[:6]:
         assert getattr(found, name).flat[i] == pytest.approx(getattr(eq, name), rel=1e-5, abs=1e-5)
-    assert found.conditions.flat[i] == pytest.approx(eq.stats.condition, rel=2e-2)
+    # It is read off a Jacobian near the solution, and grows as the distance from a fold shrinks, whose place
+    # depends on the mesh by some 1e-10.  That of the series is a bound.
+    if "Spectral" in eq.stats.method:
+        condition = eq.stats.condition
+        assert found.conditions.flat[i] == pytest.approx(condition, rel=2e-2 + 1e-10 * condition**2, abs=1e-4)
 
 
 def alone(monkeypatch):
