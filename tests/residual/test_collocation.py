@@ -65,7 +65,8 @@ def layered(law: CohesiveLaw, ratio: float, pressure: float) -> tuple:
     [
         (COHESIVE, 100.0, 1.02 * 0.00012499661683, 6, 5.0),
         (COHESIVE, 100.0, 1.02 * 0.00012499661683, 10, 5.0),
-        (exponential(), 1000.0, 2e-3, 16, 100.0),  # no phase of its own for the cohesive zone
+        # No phase of its own for the cohesive zone; the number of intervals does not decide.
+        *((exponential(), 1000.0, 2e-3, intervals, 100.0) for intervals in (16, 17, 20, 23)),
     ],
     ids=lambda value: getattr(value, "name", None),
 )
