@@ -9,18 +9,19 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium
 from ...base.files import atomic_write
 from ...base.progress import progress
 from ...base.units import display
-from .precomputed import Relative, SliderPlace, places, relatives, solved, with_own
-from .screen import Screen
+from .precomputed import Relative, places, relatives, solved, with_own
 from .state import State
+
+if TYPE_CHECKING:
+    from .export_page import Chosen
 
 #: Places along each branch.
 POINTS = 48
@@ -39,28 +40,6 @@ _COUNTED = re.compile(r'"id":"(p\d+)"')
 
 #: How Bokeh names models, by counting, and places in the page, by drawing lots.
 _RANDOM = re.compile(r"""(?<=["'])(?:p\d+|[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12})(?=["'])""")
-
-
-@dataclass
-class Tally:
-    """How far the pictures of a page are to be trusted."""
-
-    asked: int = 0
-    shown: int = 0
-    certified: int = 0
-    error: float = 0.0
-    certificate: float = 0.0
-    own: bool = False  # the state that was asked for is among them
-
-    def add(self, scene: Screen | None) -> None:
-        """Count a place, solved or not."""
-        self.asked += 1
-        if scene is None or scene.answer is None:
-            return
-        self.shown += 1
-        self.certified += scene.answer.certified
-        self.error = max(self.error, scene.answer.error)
-        self.certificate = max(self.certificate, scene.answer.certificate)
 
 
 def write_page(
@@ -120,33 +99,31 @@ def write_page(
 
 def _page(problems: tuple[Relative, ...], points: int) -> str:
     """Compute everything and return the page."""
-    from .export_page import ExportPage
+    from .export_page import Chosen, document
 
-    page, tally = ExportPage(), Tally()
-    planned: list[tuple[Relative, tuple[SliderPlace, ...], int]] = []
+    planned, start, own = [], 0, False
     for problem in problems:
         found = places(problem.state, points)
-        start = 0
         if problem.asked:
-            found, start, tally.own = with_own(found, problem.state)
-        planned.append((problem, found, start))
-    total = sum(len(found) for _, found, _ in planned)
-    with progress("picture", total) as step:
-        for problem, found, start in planned:
-            first = None
+            found, start, own = with_own(found, problem.state)
+        planned.append(found)
+    asked, shown = sum(map(len, planned)), []
+    with progress("picture", asked) as step:
+        for problem, found in zip(problems, planned, strict=True):
+            numbered = []
             for number, place in enumerate(found):
-                scene = solved(place)
-                tally.add(scene)
+                numbered.append((number, solved(place)))
                 step()
-                if scene is None:
-                    continue
-                at = page.take(scene)
-                if problem.asked and (number <= start or first is None):
-                    first = at
-            page.close(problem.name, first)
-    if not tally.shown:
+            there = [(number, scene) for number, scene in numbered if scene is not None]
+            # It opens at the state asked for, or as little before it as there is one.
+            before = sum(number <= start for number, _ in there)
+            opens = max(before - 1, 0) if problem.asked else None
+            if there:
+                shown.append(Chosen(problem.name, [scene for _, scene in there], opens))
+    if not shown:
         raise NoEquilibrium("none of the states along the branch could be solved, so there is no page.")
-    return _as_html(page.finish(_words(problems), _caption(problems, tally)))
+    state = next(p.state for p in problems if p.asked)
+    return _as_html(document(shown, _words(state), _caption(state, shown, asked, own)))
 
 
 def _as_html(doc: Any) -> str:
@@ -169,17 +146,21 @@ def _as_html(doc: Any) -> str:
     return _RANDOM.sub(renamed, text)
 
 
-def _words(problems: tuple[Relative, ...]) -> str:
+def _words(state: State) -> str:
     """What the buttons choose."""
-    state = problems[0].state
     if state.given == "groups":
         return "β₀ = (s̄/η)³"
     return "η/y₀" if state.units == "groups" else "η/y₀ (y₀)"
 
 
-def _caption(problems: tuple[Relative, ...], tally: Tally) -> str:
-    """What is shown, how far to trust it, and what made it, as markup."""
-    state = next(p.state for p in problems if p.asked)
+def _caption(state: State, shown: Sequence[Chosen], asked: int, own: bool) -> str:
+    """What is shown, how far to trust it, and what made it, as markup.
+
+    ``asked`` counts the places that were looked for; ``own`` is whether the state asked for is among them.
+    """
+    answers = [scene.answer for chosen in shown for scene in chosen.scenes if scene.answer is not None]
+    certified = sum(answer.certified for answer in answers)
+    error, certificate = (max(getattr(a, name) for a in answers) for name in ("error", "certificate"))
     law = "Linear law (Fig 2b)" if state.law == "linear" else "Law (8)"
     if state.given == "groups":
         what = "The paper's groups; the slider runs along the detached branch at fixed β₀, from T"
@@ -191,13 +172,12 @@ def _caption(problems: tuple[Relative, ...], tally: Tally) -> str:
         what = f"A rod with {numbers}; the others differ in y₀. The slider runs along its branch, from T"
     else:
         what = "A rod, lengths in η, pressures in T₀; the slider runs along its branch, from T"
-    left_out = tally.asked - tally.shown
+    left_out = asked - len(answers)
     absent = f" The state asked for, {state.words} ({state.label}), is not on this branch."
     lines = [
-        f"{what}. {law}, {state.convention} convention of the loop."
-        + ("" if tally.own else html.escape(absent)),
-        f"{tally.shown} states, solved beforehand by method “auto” to 1e-8: {tally.certified} certified,"
-        f" largest error {tally.error:.0e}, largest certificate {tally.certificate:.0e}."
+        f"{what}. {law}, {state.convention} convention of the loop." + ("" if own else html.escape(absent)),
+        f"{len(answers)} states, solved beforehand by method “auto” to 1e-8: {certified} certified,"
+        f" largest error {error:.0e}, largest certificate {certificate:.0e}."
         + (f" {left_out} more had no answer and are left out." if left_out else ""),
         "Pictures hold 7 digits, the line on top all that are certain.",
         f"peel_opt {html.escape(__version__)}, “peel-opt explore --export”. Nothing is loaded or sent.",

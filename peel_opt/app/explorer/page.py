@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from bokeh.document import Document
-from bokeh.models import Column, GlobalInlineStyleSheet, Row
+from bokeh.models import Column
 
 from ...base.errors import PeelOptError
 from . import look, moves
@@ -84,22 +84,15 @@ class Page:
         self._solve()
 
     def _assemble(self) -> None:
-        grid = self.panels.grid()
         for kind in ("png", "svg"):
-            self.controls.buttons[kind].js_on_click(picture(grid, kind))
+            self.controls.buttons[kind].js_on_click(picture(self.panels.grid, kind))
         self.controls.buttons["csv"].on_click(self._send_csv)
         self.controls.buttons["card"].on_click(self._send_card)
         self.controls.buttons["link"].on_click(self._send_link)
         self.controls.nearest.on_click(self._to_nearest)
         self.controls.play.on_change("active", self._play)
         self.panels.diagram.figure.on_event("tap", self._tapped)
-        root = Row(
-            Column(self.controls.box, self.costs, spacing=6),
-            Column(self.panels.headline, grid, self.notes, spacing=0),
-            spacing=6,
-            margin=4,
-            stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
-        )
+        root = self.panels.page(Column(self.controls.box, self.costs, spacing=6), self.notes)
         self.doc.title = "peel_opt explorer"
         tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
         self.doc.js_on_event("document_ready", tell)

@@ -13,7 +13,9 @@ import numpy as np
 from bokeh.models import (
     BasicTickFormatter,
     BoxAnnotation,
+    Column,
     ColumnDataSource,
+    GlobalInlineStyleSheet,
     GridBox,
     HoverTool,
     Label,
@@ -21,6 +23,7 @@ from bokeh.models import (
     LegendItem,
     Model,
     Range1d,
+    Row,
     Span,
 )
 from bokeh.plotting import figure
@@ -276,6 +279,11 @@ class FourPanels:
         self.width = 2 * (look.FRAME_WIDTH + look.LEFT)
         self.headline = text_box("headline", "status", self.width)
         self.headline.height = 42  # so that the panels stay where they are
+        self.grid = GridBox(
+            children=[(fig, i // 2, i % 2) for i, fig in enumerate(self.named.values())],
+            name="panels",
+            styles={"background": look.PAPER},  # of the saved picture too
+        )
 
     @property
     def named(self) -> dict[str, Any]:
@@ -287,12 +295,14 @@ class FourPanels:
             "hysteresis loop": self.loop.figure,
         }
 
-    def grid(self) -> Any:
-        """Return the layout of the panels."""
-        return GridBox(
-            children=[(fig, i // 2, i % 2) for i, fig in enumerate(self.named.values())],
-            name="panels",
-            styles={"background": look.PAPER},  # of the saved picture too
+    def page(self, side: Column, notes: Model) -> Row:
+        """Return the whole page: what stands beside the panels, and what is said below them."""
+        return Row(
+            side,
+            Column(self.headline, self.grid, notes, spacing=0),
+            spacing=6,
+            margin=4,
+            stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
         )
 
     def updates(self, scene: Screen) -> Updates:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ...base.errors import InvalidInput, NoEquilibrium, PeelOptError
+from ...base.errors import InvalidInput, NoEquilibrium
 from ...base.units import display
 from ...model.rod import RATIOS
 from ...plots.diagram import coordinates
@@ -27,13 +27,11 @@ FROM_ZERO = (0.0, 1.0, 2.0, 4.0)
 #: Detached states of a rod on a plate; the others are spurious.
 _LABELS = ("middle", "lower", "folded")
 
-
 #: An answer farther than this from where its branch was, in shares of the picture, is another one.
 ELSEWHERE = 0.02
 
 
-@dataclass(frozen=True)
-class SliderPlace:
+class SliderPlace(NamedTuple):
     """A state to be solved, and where its branch has it: (x, y) in the coordinates of the diagram."""
 
     state: State
@@ -41,18 +39,8 @@ class SliderPlace:
     y: float
 
 
-@dataclass(frozen=True)
-class Relative:
-    """One choice of the page.
-
-    Parameters
-    ----------
-    name : str
-        What its button says: the number that tells it from the others.
-    state : State
-    asked : bool
-        Whether it is the problem the page was asked for.
-    """
+class Relative(NamedTuple):
+    """One choice of the page: the number that tells it from the others, and whether it was asked for."""
 
     name: str
     state: State
@@ -81,43 +69,32 @@ def relatives(state: State, values: Sequence[float] | None = None) -> tuple[Rela
     # Solved and traced to the same accuracy, whatever an explorer was doing when it was left.
     state = state.changed(accuracy="standard")
     own = state.beta0 if state.given == "groups" else state.effective_ratio
-    if values is not None:
-        wanted = [float(v) for v in values]
-        if not all(math.isfinite(v) for v in wanted):
-            raise InvalidInput(f"the values to choose from must be finite, got {wanted}.")
-    elif state.given != "groups":
-        wanted = [v for f in RATIO_FACTORS if RATIOS[0] <= (v := f * own) <= RATIOS[1]]
-    else:
-        wanted = [f * own for f in BETA0_FACTORS] if own else list(FROM_ZERO)
-        if state.law != "linear":
-            wanted = [v for v in wanted if v]
+    wanted = _around(state, own) if values is None else [float(v) for v in values]
+    if not all(math.isfinite(v) for v in wanted):
+        raise InvalidInput(f"the values to choose from must be finite, got {wanted}.")
     others = [v for v in wanted if not math.isclose(v, own, rel_tol=1e-12)]
-    return tuple(_relative(state, v, asked=v == own) for v in sorted([own, *others]))
+    return tuple(_relative(state, own, v) for v in sorted([own, *others]))
 
 
-def _relative(state: State, value: float, *, asked: bool) -> Relative:
-    if state.given == "groups":
-        return Relative(f"{value:.4g}", state if asked else state.changed(beta0=value), asked)
-    if state.units == "groups":
-        return Relative(f"{value:.4g}", state if asked else state.changed(ratio=value), asked)
-    y0 = state.y0 if asked else state.y0 * state.effective_ratio / value
-    return Relative(f"{value:.4g} ({display(y0, 'm', 3)})", state if asked else state.changed(y0=y0), asked)
+def _around(state: State, own: float) -> list[float]:
+    if state.given != "groups":
+        return [v for f in RATIO_FACTORS if RATIOS[0] <= (v := f * own) <= RATIOS[1]]
+    return [f * own for f in BETA0_FACTORS] if own else list(FROM_ZERO)
+
+
+def _relative(state: State, own: float, value: float) -> Relative:
+    field, number, name = "beta0" if state.given == "groups" else "ratio", value, f"{value:.4g}"
+    if state.units == "SI":
+        field, number = "y0", state.y0 * own / value
+        name += f" ({display(number, 'm', 3)})"
+    return Relative(name, state if value == own else state.changed(**{field: number}), value == own)
 
 
 def places(state: State, count: int) -> tuple[SliderPlace, ...]:
-    """Return places spread along the branch that leaves T, as it is drawn.
+    """Return places spread along the branch that leaves T, as it is drawn, ``count`` at most.
 
-    Parameters
-    ----------
-    state : State
-    count : int
-        Most places.
-
-    Returns
-    -------
-    tuple of SliderPlace
-        From T on.  A rod is asked for its length given the pressure: well posed at all of them but the
-        minimum pressure, as lambda is but at the fold; there the place is a little after it.
+    A rod is asked for its length given the pressure: well posed at all of them but the minimum pressure,
+    as lambda is but at the fold; there the place is a little after it.
 
     Raises
     ------
@@ -165,14 +142,9 @@ def _along(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[SliderPlace, ...], int, bool]:
     """Let the state itself take the place nearest to it.
 
-    Returns
-    -------
-    places : tuple of SliderPlace
-    nearest : int
-        The number of the place at or nearest to the state; the first where there is no such state.
-    shown : bool
-        Whether the state is among the places: not if it does not exist, is straight or spurious, or
-        belongs to another branch.
+    Returns the places, the number of that nearest to it (the first where there is no such state), and
+    whether the state is among them: not if it does not exist, is straight or spurious, or belongs to
+    another branch.
     """
     scene = full_scene(state)
     here = scene.diagram.here
@@ -189,10 +161,7 @@ def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[Slider
 
 def solved(place: SliderPlace) -> Screen | None:
     """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
-    try:
-        scene = full_scene(place.state)
-    except PeelOptError:
-        return None
+    scene = full_scene(place.state)
     here, panel = scene.diagram.here, scene.diagram
     if scene.equilibrium is None or here is None:
         return None
