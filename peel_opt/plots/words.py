@@ -14,8 +14,8 @@ from ..model.rod import Rod
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 #: Symbols in words, as mathematics.
-SYMBOLS = {"lambda": r"\lambda", "alpha1": r"\alpha_1", "eta": r"\eta", "y0": "y_0"}
-_FORMULA = re.compile(r"\b(?:lambda|eta/y0|(?:alpha1|y|p) [<>=] \w+)")
+SYMBOLS = {"lambda": r"\lambda", "alpha1": r"\alpha_1", "theta": r"\theta", "eta": r"\eta", "y0": "y_0"}
+_FORMULA = re.compile(r"\b(?:lambda|theta|eta/y0|(?:alpha1|y|p) [<>=] \w+)")
 
 #: What a pen without mathematics writes in place of it, in this order.
 _PLAIN = (
@@ -140,6 +140,11 @@ def typeset(words: str) -> str:
         return f"${text}$"
 
     return _FORMULA.sub(formula, words)
+
+
+def symbol(attribute: str) -> str:
+    """Return in letters what a number is written as that answers, by the attribute of an `Equilibrium`."""
+    return plain(ANSWERS[attribute])
 
 
 def plain(label: str) -> str:

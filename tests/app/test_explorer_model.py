@@ -470,7 +470,7 @@ def test_another_question_is_asked_about_the_same_state(state: State, given: str
 
 def test_a_bare_number_is_in_the_unit_of_its_label() -> None:
     rod = SI.changed(given="pressure")
-    assert moves.units(po.Rod(SI.k, SI.T0, SI.y0))[1].axis("p") == "$p$ [kPa]"
+    assert moves.units(po.Rod(SI.k, SI.T0, SI.y0))["pressure"].axis("p") == "$p$ [kPa]"
     assert moves.typed(rod, "pressure", "30").pressure == pytest.approx(30e3)
     assert moves.typed(rod, "pressure", "30 Pa").pressure == 30.0
     assert moves.typed(SI, "length", "1.9").length == pytest.approx(1.9e-3)

@@ -9,9 +9,8 @@ import pytest
 from peel_opt import InvalidInput
 from peel_opt.app.cli.common import answer_options
 from peel_opt.app.explorer.state import CHOICES
-from peel_opt.app.explorer.words import in_characters
 from peel_opt.model.labels import FLAGS, OBSERVABLE, SPECIAL_KINDS, STATES, fits, known_state, special_kind
-from peel_opt.plots.words import typeset, warnings_of
+from peel_opt.plots.words import plain, typeset, warnings_of
 
 
 def test_unfolded_is_either_of_two_and_nothing_is_meant_by_none() -> None:
@@ -54,7 +53,7 @@ def test_a_kind_that_is_not_listed_speaks_for_itself() -> None:
 )
 def test_words_are_set_as_mathematics_and_as_characters(words: str, shown: str, typed: str) -> None:
     assert typeset(words) == shown
-    assert in_characters(words) == typed
+    assert plain(typeset(words)) == typed
 
 
 def test_a_picture_says_what_disqualifies_a_state_and_no_more() -> None:

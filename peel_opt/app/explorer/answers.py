@@ -22,7 +22,6 @@ from ...residual.shape import Solution
 from ...residual.transcriptions import Spectral
 from .quick_walks import quick_branch
 from .state import METHODS, State
-from .state_cards import named_law
 
 #: One mesh, its error from a second: what the lower accuracies and all moving pictures solve with.
 MESHES = {"sketch": Spectral(nodes=6), "draft": Spectral(nodes=8)}
@@ -77,7 +76,7 @@ def _full_answer(state: State) -> Found:
     mesh = MESHES.get(state.accuracy)
 
     def ask(method: str | Method) -> Equilibrium:
-        return solve_question(_question(state), method, tol)
+        return solve_question(state.question, method, tol)
 
     if mesh is not None:
         rough = _found(state, lambda: ask(Method(mesh, adaptive=False)))
@@ -102,7 +101,7 @@ def quick_answer(state: State, deadline: float, before: Equilibrium | None = Non
     tol = max(METHODS[state.accuracy][1], MOVING_TOL)
 
     def ask() -> Equilibrium:
-        question = _question(state)
+        question = state.question
         # Below the turn the branch at the state's own beta0, which is drawn, holds the states that are
         # not folded; a click may mean one of these.
         beside = state.rod is None and state.beta0 < TURN and state.label != "folded" and state.near is None
@@ -148,13 +147,6 @@ def _nearest(state: State, value: float | None) -> State | None:
         return state.at(value + away)
     except PeelOptError:
         return None
-
-
-def _question(state: State) -> Question:
-    law, label = named_law(state), None if state.label == "unfolded" else state.label
-    if state.rod is None:
-        return Question.of_groups(state.beta0, state.lam, law=law, state=label, near=state.near)
-    return Question.of_rod(state.rod, state.given, state.value, law=law, state=label, near=state.near)
 
 
 def _followed(state: State, question: Question, before: Equilibrium) -> SolvedState | None:

@@ -21,12 +21,16 @@ from bokeh.models import (
 )
 
 from ...base.units import display
+from ...equilibria.question import ASKS
 from ...plots.diagram import WORDS as WORDS_OF
 from ...plots.words import plain
 from . import look
 from .curves import Curve
 from .moves import SI_UNITS, span, units
 from .state import CHOICES, State
+
+#: Symbols of the numbers of a rod that a slider gives.
+WRITTEN = {"length": r"\bar s", "pressure": "p"}
 
 #: What the buttons of each choice say.
 WORDS: dict[str, tuple[str, ...]] = {
@@ -287,14 +291,12 @@ class Controls:
             self.numbers["ratio"].show(state.ratio, *span(state, "ratio", curve), f"{state.ratio:.7g}")
         rod = state.rod
         assert rod is not None  # it has a length and a pressure
-        for name, unit, symbol, quantity in zip(
-            ("length", "pressure"), units(rod), (r"\bar s", "p"), ("m", "Pa"), strict=True
-        ):
-            value = getattr(state, name)
+        for name, unit in units(rod).items():
+            value, quantity = getattr(state, name), ASKS[name].given.unit
             low, high = (end / unit.size for end in span(state, name, curve))
             self._units[name] = unit.size
             text = display(value, quantity) if in_si else f"{value:.7g}"
-            title = plain(f"{WORDS_OF[name]} {unit.axis(symbol)}")
+            title = plain(f"{WORDS_OF[name]} {unit.axis(WRITTEN[name])}")
             self.numbers[name].show(value / unit.size, low, high, text, title)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...analysis.pressure_loop import PressureLoop
+from ...equilibria.question import rod_questions
 from ...equilibria.result import Equilibrium
 from ...model.labels import UNFOLDED
 from ...model.rod import RATIOS, Rod
@@ -46,8 +47,11 @@ def asked(state: State, given: str, eq: Equilibrium | None) -> State:
     else:
         rod = other.rod if state.given != "groups" else None
         unit = Rod.from_ratio(eq.ratio) if rod is None else rod
-        length, pressure = unit.length(eq.length_ratio), unit.pressure(eq.pressure_ratio)
-        values = {"length": length, "pressure": pressure, "near": pressure if given == "length" else length}
+        values = {
+            name: asks.given.from_ratio(unit, getattr(eq, asks.given.attribute))
+            for name, asks in rod_questions().items()
+        }
+        values["near"] = values[other.asks.asked.name]
         if rod is None:
             values["ratio"] = unit.ratio
     label = eq.state if eq.state in CHOICES["label"] else "unfolded"
@@ -64,9 +68,8 @@ def typed(state: State, field: str, text: str) -> State:
         return state.typed(field, text)
     if state.units == "SI" and field in SI_UNITS:
         return state.typed(field, f"{text} {SI_UNITS[field]}")
-    if state.units == "SI" and field in ("length", "pressure"):
-        length, pressure = units(Rod(state.k, state.T0, state.y0))
-        return state.changed(**{field: value * (length if field == "length" else pressure).size})
+    if state.units == "SI" and field in rod_questions():
+        return state.changed(**{field: value * units(Rod(state.k, state.T0, state.y0))[field].size})
     return state.typed(field, text)
 
 
@@ -77,7 +80,7 @@ def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> Stat
         value = min(max(value, RATIOS[0]), RATIOS[1])
     near = None
     if state.label in ("folded", "spurious") and eq is not None:
-        near = {"groups": eq.alpha1, "length": eq.pressure, "pressure": eq.length}[state.given]
+        near = getattr(eq, state.asks.asked.name)
     return state.changed(**{field: value, "near": near})
 
 
@@ -93,11 +96,8 @@ def picked(scene: Screen, x: float, y: float) -> State | None:
     across, up = (column[rows] for column in coordinates(branch))
     wide, high = panel.x.high - panel.x.low, panel.y.high - panel.y.low
     row = int(rows[np.nanargmin(np.hypot((across - x) / wide, (up - y) / high))])
-    given, answer = {"groups": ("lam", "alpha1"), "length": ("length", "pressure")}.get(
-        state.given, ("pressure", "length")
-    )
-    value, near, label = getattr(branch, given)[row], getattr(branch, answer)[row], str(branch.state[row])
-    return state.at(float(value)).changed(label=label, near=float(near))
+    value, near = (float(getattr(branch, name)[row]) for name in (state.field, state.asks.asked.name))
+    return state.at(value).changed(label=str(branch.state[row]), near=near)
 
 
 def framed(state: State, sweep: LoopSweep, frame: LoopFrame) -> State:
@@ -107,9 +107,12 @@ def framed(state: State, sweep: LoopSweep, frame: LoopFrame) -> State:
     return state.at(frame.value).changed(label=frame.label, near=frame.near)
 
 
-def units(rod: Rod) -> tuple[AxisUnit, AxisUnit]:
+def units(rod: Rod) -> dict[str, AxisUnit]:
     """Units of length and pressure in which the numbers of a rod are shown and typed."""
-    return length_unit(rod, rod.critical_length), pressure_unit(rod, rod.adhesion_strength)
+    return {
+        "length": length_unit(rod, rod.critical_length),
+        "pressure": pressure_unit(rod, rod.adhesion_strength),
+    }
 
 
 def span(state: State, field: str, curve: Curve | None) -> tuple[float, float]:

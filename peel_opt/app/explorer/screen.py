@@ -16,7 +16,7 @@ from ...plots.loop import CONVENTIONS, area_of
 from ...plots.panels import Line, Panel
 from ...plots.potential import named_panel
 from ...plots.rod import adhered_panel, rod_panel
-from ...plots.words import plain
+from ...plots.words import plain, symbol
 from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
 from .landscape import Landscape, landscape, off_by, too_far
@@ -316,8 +316,7 @@ def _required(land: tuple[Landscape, float] | None) -> Landscape:
 def _error_of(eq: Equilibrium | None) -> str:
     if eq is None:
         return "-"
-    name = {"pressure_ratio": "p/T₀", "length_ratio": "s̄/η", "alpha1": "α₁"}[eq.answered]
-    return f"{eq.error:.0e} in {name}"
+    return f"{eq.error:.0e} in {symbol(eq.answered)}"
 
 
 def _reading(state: State) -> str:

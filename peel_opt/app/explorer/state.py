@@ -10,15 +10,17 @@ from urllib.parse import parse_qs, urlencode
 
 from ...base.errors import InvalidInput, OutOfRange
 from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse, told_apart
+from ...equilibria.question import ASKS, Asks, Question
 from ...model.groups import PI4
+from ...model.labels import STATES
 from ...model.rod import RATIOS, Rod, require_ratio
+from ...plots.words import symbol
 
 Units = Literal["groups", "SI"]
 Given = Literal["groups", "length", "pressure"]
 Law = Literal["linear", "cohesive"]
 Convention = Literal["delay", "maxwell"]
 Accuracy = Literal["sketch", "draft", "standard", "reference"]
-Label = Literal["unfolded", "middle", "lower", "folded", "spurious", "adhered"]
 
 #: Method and tolerance of each accuracy, as a card names them.
 METHODS: dict[str, tuple[str, float]] = {
@@ -35,7 +37,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "law": get_args(Law),
     "convention": get_args(Convention),
     "accuracy": get_args(Accuracy),
-    "label": get_args(Label),
+    "label": (*STATES, "adhered"),
 }
 
 #: Numbers beyond these are not meant; far inside them an error says what exists instead.
@@ -108,7 +110,7 @@ class State:
     law: Law = "linear"
     convention: Convention = "delay"
     accuracy: Accuracy = "standard"
-    label: Label = "unfolded"
+    label: str = "unfolded"
     near: float | None = None
 
     def __post_init__(self) -> None:
@@ -159,9 +161,36 @@ class State:
         return Rod.from_ratio(self.ratio)
 
     @property
+    def field(self) -> str:
+        """Which of the fields is the given number."""
+        return "lam" if self.given == "groups" else self.given
+
+    @property
+    def asks(self) -> Asks:
+        """What is given, and what is asked for."""
+        return ASKS[self.field]
+
+    @property
     def value(self) -> float:
         """The given number: lambda, length or pressure, in its unit."""
-        return float(getattr(self, "lam" if self.given == "groups" else self.given))
+        return float(getattr(self, self.field))
+
+    @property
+    def named_law(self) -> str:
+        """The law as the questions of this package take it.
+
+        "auto" is law (8), called linear where the rod stays within y0 and the two agree.
+        """
+        return "linear" if self.law == "linear" else "auto"
+
+    @property
+    def question(self) -> Question:
+        """The question whose answer the page shows; of the adhered rod there is none."""
+        law, label = self.named_law, None if self.label == "unfolded" else self.label
+        rod = self.rod
+        if rod is None:
+            return Question.of_groups(self.beta0, self.lam, law=law, state=label, near=self.near)
+        return Question.of_rod(rod, self.given, self.value, law=law, state=label, near=self.near)
 
     @property
     def words(self) -> str:
@@ -169,10 +198,9 @@ class State:
         if self.given == "groups":
             return f"β₀ = {self.beta0:.5g}, λ = {self.lam:.5g}"
         if self.units == "SI":
-            unit = "m" if self.given == "length" else "Pa"
-            return f"{self.given} {display(self.value, unit, 4)}, η/y₀ = {self.effective_ratio:.4g}"
-        symbol = "s̄/η" if self.given == "length" else "p/T₀"
-        return f"{symbol} = {self.value:.5g}, η/y₀ = {self.ratio:.4g}"
+            number = display(self.value, self.asks.given.unit, 4)
+            return f"{self.asks.given.name} {number}, η/y₀ = {self.effective_ratio:.4g}"
+        return f"{symbol(self.asks.given.attribute)} = {self.value:.5g}, η/y₀ = {self.ratio:.4g}"
 
     @property
     def effective_ratio(self) -> float:
@@ -197,7 +225,7 @@ class State:
 
     def at(self, value: float) -> State:
         """Return the state with another value of the given number."""
-        return self.changed(**{"lam" if self.given == "groups" else self.given: value})
+        return self.changed(**{self.field: value})
 
     def typed(self, name: str, text: str) -> State:
         """Return the state with a number as somebody typed it: "1.9 mm", "0.4 T0", "3.2".

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput
+from ...equilibria.question import rod_questions
 from ...model.groups import PI4
 from .state import METHODS, State
 
@@ -37,27 +38,16 @@ def to_card(state: State) -> str:
         units = ("N m", "Pa", "m")
         lines += ["[rod]", *(f"{n} = {v!r}  # {u}" for (n, v), u in zip(numbers.items(), units, strict=True))]
         lines += ["", "[estimates]", *(f'{n} = "{TYPED}"' for n in numbers)]
-        unit = "m" if state.given == "length" else "Pa"
-        lines += ["", "[[questions]]", f"{state.given} = {state.value!r}  # {unit}"]
+        lines += ["", "[[questions]]", f"{state.given} = {state.value!r}  # {state.asks.given.unit}"]
     else:
         lines += ["[rod]", f"ratio = {state.ratio!r}", "", "[[questions]]"]
-        lines.append(
-            f"{state.given} = {state.value!r}  # in units of {'eta' if state.given == 'length' else 'T0'}"
-        )
-    lines.append(f'law = "{named_law(state)}"')
+        lines.append(f"{state.given} = {state.value!r}  # in units of {state.asks.given.own}")
+    lines.append(f'law = "{state.named_law}"')
     if state.label != "unfolded":
         lines.append(f'state = "{state.label}"')
     if state.near is not None:
         lines.append(f"near = {state.near!r}")
     return "\n".join([*lines, f'method = "{method}"', f"tol = {tol!r}", ""])
-
-
-def named_law(state: State) -> str:
-    """Return the law as the questions of this package take it.
-
-    "auto" is law (8), called linear where the rod stays within y0 and the two agree.
-    """
-    return "linear" if state.law == "linear" else "auto"
 
 
 def from_card(card: Card) -> State:
@@ -77,8 +67,7 @@ def from_card(card: Card) -> State:
     if rod is None:
         lam = given["lam"] if given["lam"] is not None else given["beta1"] - PI4
         return State(beta0=given["beta0"], lam=lam, **common)
-    asks_length = question.given.startswith("pressure")
-    value = posed.args[-1]
+    asked = next(name for name in rod_questions() if question.given.startswith(name))
     start = (
         State(ratio=rod.ratio)
         if rod.dimensionless
@@ -93,5 +82,5 @@ def from_card(card: Card) -> State:
     # The number that is not given starts at a state that exists.
     unit = rod
     both = {"length": unit.length(1.01 * unit.critical_length / unit.eta), "pressure": unit.pressure(0.5)}
-    both["pressure" if asks_length else "length"] = value
-    return start.changed(given="pressure" if asks_length else "length", **both, **common)
+    both[asked] = posed.args[-1]
+    return start.changed(given=asked, **both, **common)

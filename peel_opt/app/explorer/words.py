@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from ...analysis.maxwell import TURN
 from ...base.units import display_with_error, told_apart
 from ...continuation.landing import UNFINISHED
+from ...equilibria.question import answering
 from ...equilibria.result import Equilibrium
 from ...model.labels import FLAGS
+from ...plots.words import plain, symbol, typeset
 from .curves import Curve
 from .landscape import Landscape
 from .state import State
-
-#: Symbols in words, as characters.
-SYMBOLS = {"lambda": "λ", "alpha1": "α₁", "theta": "θ", "eta": "η", "y0": "y₀"}
 
 #: What to do about a flag, where something can be done.
 ADVICE = {"y > y0": " Try law (8)."}
@@ -42,18 +41,13 @@ _OFF = 0.02
 
 def answer_of(eq: Equilibrium) -> AnswerText:
     """Return the answer in numbers, with the units of its rod."""
+    written = symbol(eq.answered)
     if eq.rod is not None and not eq.rod.dimensionless:
-        asked = "pressure" if eq.answered == "pressure_ratio" else "length"
-        value, unit, size = (
-            (eq.pressure, "Pa", eq.rod.adhesion_strength)
-            if asked == "pressure"
-            else (eq.length, "m", eq.rod.eta)
-        )
-        symbol = "p" if asked == "pressure" else "s̄"
-        headline = f"{symbol} = {display_with_error(value, eq.error * size, unit)}"
+        asked = answering(eq.answered).asked
+        value, error = (asked.from_ratio(eq.rod, number) for number in (eq.answer, eq.error))
+        headline = f"{written.partition('/')[0]} = {display_with_error(value, error, asked.unit)}"
     else:
-        symbol = {"pressure_ratio": "p/T₀", "length_ratio": "s̄/η", "alpha1": "α₁"}[eq.answered]
-        headline = f"{symbol} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
+        headline = f"{written} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
     pairs = [("β₀", eq.beta0), ("λ", eq.lam), ("α₁", eq.alpha1)]
     if eq.beta0:
         pairs += [("p/T₀", eq.pressure_ratio), ("s̄/η", eq.length_ratio), ("η/y₀", eq.ratio)]
@@ -66,13 +60,6 @@ def answer_of(eq: Equilibrium) -> AnswerText:
         error=eq.error,
         certificate=eq.certificate,
     )
-
-
-def in_characters(words: str) -> str:
-    """Return words with their symbols as characters, "fold in lambda" with a Greek letter."""
-    for name, symbol in SYMBOLS.items():
-        words = words.replace(name, symbol)
-    return words
 
 
 def why_no_branch(beta0: float, full: bool) -> str:
@@ -95,7 +82,7 @@ def warnings_of(
 ) -> tuple[str, ...]:
     """Return what must be said beside the pictures."""
     said = [
-        f"{in_characters(FLAGS[flag])}.{ADVICE.get(flag, '')}"
+        f"{plain(typeset(FLAGS[flag]))}.{ADVICE.get(flag, '')}"
         for flag in (eq.flags if eq else ())
         if flag in FLAGS
     ]
