@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -19,6 +22,9 @@ from .spectral import Spectral, SpectralDiscretisation
 
 #: The mesh of walks.
 MESH = Spectral()
+
+#: Forms whose equations stay compiled.
+MOST_COMPILED = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +123,7 @@ class SceneDiscretisation(SpectralDiscretisation):
 
     def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
         super().__init__(settings, phases, len(settings.unknown))  # type: ignore[arg-type]
-        self.equations = _compiled_form(settings.scene.form, settings.mesh, settings.free, phases, _Key(self))
+        self.equations = _equations(self)
         self.numbers = ca.DM(list(settings.given.values()))
 
     @property
@@ -231,7 +237,7 @@ def _discretise(settings: SceneSpectral, phases: Phases) -> SceneDiscretisation:
     return SceneDiscretisation(settings, phases)
 
 
-class Form:
+class SceneEquations:
     """The equations of all scenes of one form, compiled with their numbers as arguments.
 
     Parameters
@@ -275,21 +281,19 @@ class Form:
         return self._samplers[key]
 
 
-class _Key:
-    """A discretisation that stands for all of its form: equal to any other."""
-
-    def __init__(self, model: SceneDiscretisation) -> None:
-        self.model = model
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key)
-
-    def __hash__(self) -> int:
-        return 0
+#: Equations of the forms used last, by form, mesh, free number and stretches.
+_COMPILED: OrderedDict[tuple[Hashable, ...], SceneEquations] = OrderedDict()
+_COMPILED_LOCK = threading.Lock()
 
 
-@lru_cache(maxsize=64)
-def _compiled_form(
-    form: tuple[object, ...], mesh: Spectral, free: str | None, phases: Phases, key: _Key
-) -> Form:
-    return Form(key.model)
+def _equations(model: SceneDiscretisation) -> SceneEquations:
+    """Return the compiled equations of a scene, shared by all scenes of its form."""
+    settings = model.settings
+    key = (settings.scene.form, settings.mesh, settings.free, model.phases)
+    with _COMPILED_LOCK:
+        if key not in _COMPILED:
+            _COMPILED[key] = SceneEquations(model)
+        _COMPILED.move_to_end(key)
+        while len(_COMPILED) > MOST_COMPILED:
+            _COMPILED.popitem(last=False)
+        return _COMPILED[key]
