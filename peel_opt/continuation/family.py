@@ -19,6 +19,7 @@ from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars, kernel
 from ..model.groups import PI4
 from ..residual import closures
+from ..residual.certificate import certificate
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import (
     PROFILE_POINTS,
@@ -102,6 +103,10 @@ class Family:
             if self.suits(profile, problem):
                 return (problem, result) if is_flat(profile) else None
         return None
+
+    def certificate(self, point: Point) -> float:
+        """How far a solution misses the equation that it was not solved with."""
+        return certificate(self.law, point.profile, tip_free=self.tip_free)
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the phases of a shape off its heights."""

@@ -17,14 +17,14 @@ from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation, Phases, Profile
 from ..residual.newton import Correction
 from ..residual.phases import Layout, fits, without_middle_phase
+from ..residual.scene_certificate import certificate_of
 from ..residual.scene_phases import material_breaks, scene_layout
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSpectral
 from .family import Family
-from .points import Point
+from .points import Point, place_of
 from .primary import Candidate, crossings, primary_branch
 from .scene_starts import SmallState, curled, swollen
 from .special import LENGTH, Located, Monitor, locate
-from .special import located as located_between
 
 #: Tip angles [rad] at which a scene is entered, one after the other: at a fixed angle, where neither p
 #: nor sbar is held, a state exists in almost every scene.
@@ -33,17 +33,18 @@ ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 #: Shortest step of the way into a scene.
 SHORTEST = 1e-3
 
-#: Detached length over eta, and tip angle [rad], below which a state counts as vanished.
-SHORT, SMALL = 0.02, 1e-7
+#: Detached length over eta below which a state counts as vanished, and the least tip angle [rad] to
+#: which a branch is followed: the equations of a scene are divided by it.
+SHORT, LEAST = 0.02, 1e-5
 
 #: p/T0 beyond which no branch is followed.
 HIGHEST = 1e3
 
-#: Amplitude below which the tangent of a branch is made of rounding, which goes with 1/A^2.
-CLOSE = 1e-5
-
 #: Gap at the tip, as a share of the largest, within which a folded rod has come back to its wall.
 TOUCHING = 1e-7
+
+#: Factor by which the tip angle falls at most between the last states of a branch.
+FALLING = 4.0
 
 #: Gap at the tip over y0, and p/T0, below zero that no rounding explains.
 BELOW = 1e-9
@@ -103,6 +104,11 @@ class SceneFamily(Family):
     def monitors(self) -> tuple[tuple[str, Monitor], ...]:
         """What vanishes at the folds of the branch."""
         return (("LP-pressure" if self.free is None else "LP-load", self.loading_rate), LENGTH)
+
+    def certificate(self, point: Point) -> float:
+        """How far a solution misses the identity of the scene, or its edge in an independent integration."""
+        assert isinstance(point.problem, SceneDiscretisation)
+        return certificate_of(point.problem, point.x)
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the stretches of a shape off what the bond sees and where its material points are."""
@@ -269,7 +275,7 @@ def _walked(family: SceneFamily, start: Point) -> SceneBranch:
 
 def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
     """Find the folds between two neighbours; what stands still but for rounding has none."""
-    if min(p.scalars.A for p in pair) < CLOSE:
+    if min(p.scalars.A for p in pair) < 2.0 * LEAST:  # where rounding in a tangent goes with 1/A^2
         return []
     moving = [m for m in family.monitors if max(abs(m[1](p)) for p in pair) > STILL]
     return locate(family, pair, tuple(moving))
@@ -282,11 +288,8 @@ def _walk(
     points: list[Point] = []
     for point in family.walk(start):
         s = point.scalars
-        if points and s.A <= 0.0:
-            found = located_between(family, points[-1], point, "BP", lambda p: p.scalars.A)
-            close = family.at(points[-1], found.point, Closure("amplitude", CLOSE))
-            beside = [close] if close is not None and points[-1].scalars.A > CLOSE else []
-            return [*points, *beside, found.point], "T" if family.scene.keeps_flat else "rest"
+        if points and s.A < LEAST:
+            return [*points, *_least(family, points[-1])], "T" if family.scene.keeps_flat else "rest"
         if s.beta1 <= 0.0 or abs(s.pressure_ratio) > HIGHEST:
             return points, "unbounded"
         points.append(point)
@@ -299,10 +302,29 @@ def _walk(
     return points, "stalled"
 
 
+def _least(family: SceneFamily, last: Point) -> list[Point]:
+    """Return the states of ever smaller tip angles beyond the last point of a walk, down to the least.
+
+    The pressure at a transition need not be T0, and alpha1/A then grows as the angle falls: no step may
+    be long in its logarithm.
+    """
+    found: list[Point] = []
+    A = last.scalars.A
+    while A > LEAST:
+        A = max(A / FALLING, LEAST)
+        solved = family.solve(last.profile, Closure("amplitude", A))
+        if solved is None:
+            break
+        arclength = last.arclength + float(np.linalg.norm(place_of(*solved) - last.place))
+        last = family.point(solved[0], solved[1].x, last.direction, arclength, solved[1].iterations)
+        found.append(last)
+    return found
+
+
 def _towards_rest(family: SceneFamily, point: Point) -> str:
     """Say that the rod has come to rest on its wall, has vanished, or would have to go through it."""
     s = point.scalars
-    if s.sigma < SHORT or s.A < SMALL:
+    if s.sigma < SHORT:
         return "rest"
     if family.free is None and s.pressure_ratio < 0.0:
         return "rest"

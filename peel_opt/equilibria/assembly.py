@@ -17,7 +17,6 @@ from ..continuation.points import Point
 from ..continuation.special import BRANCH_POINT, Located, place_error
 from ..model.equations import Scalars
 from ..model.rod import Rod
-from ..residual.certificate import certificate
 from ..residual.closures import HOLDS, held_value
 from .branch import Branch
 from .branch_parts import FIRST, Solutions, SpecialPoint
@@ -72,11 +71,11 @@ def assemble(parts: Sequence[WalkedSide], rod: Rod | None, ended: str, options: 
         hold=hold,
         held=held_value(family.closure, hold),
         rod=rod,
-        **_columns(points, family),
+        **columns_of(points, family),
         arclength=np.array([part.sign * p.arclength for part, p in ordered]),
         error=error,
         state=np.array([part.label(p.arclength) for part, p in ordered]),
-        special_points=_special_points(parts, ordered, error),
+        special_points=special_points_of(parts, ordered, error),
         ended=ended,
         options=dict(options),
         solutions=Solutions(
@@ -92,25 +91,21 @@ def assemble(parts: Sequence[WalkedSide], rod: Rod | None, ended: str, options: 
     )
 
 
-def _columns(points: Sequence[Point], family: Family) -> dict[str, Any]:
+def columns_of(points: Sequence[Point], family: Family) -> dict[str, Any]:
     """Numbers of each point."""
     scalars = [p.scalars for p in points]
-    tips = [s.A * p.profile.values[0, 0, 4] for s, p in zip(scalars, points, strict=True)]
-    over = [s.beta1 / s.beta0 if s.beta0 else math.nan for s in scalars]
     return {
         "A": np.array([s.A for s in scalars]),
         "m": np.array([s.m for s in scalars]),
         "sigma": np.array([s.sigma for s in scalars]),
         "lam": np.array([s.lam for s in scalars]),
-        "tip_u": np.array(tips) * np.array(over),
-        "certificate": np.array(
-            [certificate(family.law, p.profile, tip_free=family.tip_free) for p in points]
-        ),
+        "tip_u": np.array([p.profile.heights()[0, 0] if p.scalars.beta0 else math.nan for p in points]),
+        "certificate": np.array([family.certificate(p) for p in points]),
         "iterations": np.array([p.iterations for p in points]),
     }
 
 
-def _special_points(
+def special_points_of(
     parts: Sequence[WalkedSide], ordered: list[tuple[WalkedSide, Point]], errors: np.ndarray
 ) -> tuple[SpecialPoint, ...]:
     """Describe all special points in the order of the branch."""

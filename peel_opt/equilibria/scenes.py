@@ -19,15 +19,16 @@ from ..base.errors import (
     PeelOptError,
 )
 from ..base.threads import one_thread
+from ..continuation.primary import Candidate
 from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
 from ..model.dimension import FORCE, LENGTH, TRACTION, Dimension
 from ..model.labels import fits
 from ..model.scene import Scene
 from ..residual.closures import Closure
-from ..residual.defect import Tip, march
 from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.rounding import response_to
+from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution, SceneSpectral
 from ..residual.spectral import Spectral
 from .result import Equilibrium, Stats
@@ -37,6 +38,12 @@ COMMON = {"pressure": TRACTION, "length": LENGTH}
 
 #: How the answered number is called in a result.
 ANSWERED = {"pressure": "pressure_ratio", "length": "length_ratio"}
+
+#: What may be given, as a number of the scalars.
+READS: dict[str, Callable[[Any], float]] = {
+    "length": lambda s: s.sigma,
+    "pressure": lambda s: s.pressure_ratio,
+}
 
 #: Nodes per stretch on which an answer is first solved, and how often they may grow.
 FIRST, MOST_REFINEMENTS = Spectral(16), 5
@@ -245,11 +252,13 @@ def _chosen(
     """Pick the state that is meant and land on it."""
     found = [c for branch in branches for c in branch.candidates(question.target)]
     meant = [c for c in found if state is None or fits(c.state, state)]
+    if near is None:
+        meant = _by_default(meant, state)
     if not meant:
         raise _nothing(question, branches, state, [c.state for c in found])
     landed: list[tuple[str, SceneProfile, float]] = []
     lost: PeelOptError | None = None
-    for candidate in meant if near is not None else _by_default(meant, state):
+    for candidate in meant:
         try:
             profile = candidate.profile
         except NotConverged as error:
@@ -275,26 +284,29 @@ def _chosen(
     return landed[0][0], landed[0][1]
 
 
-def _by_default(candidates: list[Any], state: str | None) -> list[Any]:
-    """Of all candidates, those that a question without state= means."""
-    if state is not None:
+def _by_default(candidates: list[Candidate], state: str | None) -> list[Candidate]:
+    """Of all candidates, those that a question without state= means; where another number is free, all."""
+    if state is not None or all(c.state == "other" for c in candidates):
         return candidates
     for wanted in DEFAULT:
         if named := [c for c in candidates if fits(c.state, wanted)]:
             return [min(named, key=lambda c: c.estimate(lambda s: s.alpha1))]
-    return candidates
+    return []
 
 
 def _nothing(
     question: SceneQuestion, branches: Sequence[SceneBranch], state: str | None, others: list[str]
 ) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
-    wanted = f"{state or 'detached'} equilibrium"
+    wanted = f"{state or 'lifted or unfolded'} equilibrium"
     there = f" States that do exist there: {', '.join(others)}." if others else ""
     points = [p for branch in branches for p in branch.points]
-    read: Callable[[Any], float] = (
-        (lambda s: s.sigma) if question.target.kind == "length" else (lambda s: s.pressure_ratio)
-    )
+    if "T" in {branch.ends[0] for branch in branches} and _beside_the_transition(question, branches):
+        return NotConverged(
+            f"{question.words}: nearer to the transition than states of a scene are followed.",
+            remedy="Give a number further from it.",
+        )
+    read = READS[question.target.kind]
     values = [read(p.scalars) for p in points]
     nearest = min(values, key=lambda v: abs(v - question.target.value))
     unit = COMMON[question.target.kind].size(question.scene.rod)
@@ -311,6 +323,13 @@ def _nothing(
         f"{best}{there}",
         nearest=nearest * unit,
     )
+
+
+def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBranch]) -> bool:
+    """Whether what is given lies where the branch from T, which is not followed to its end, has yet to go."""
+    first = branches[0].points[0]
+    reach = 10.0 * abs(first.rate(READS[question.target.kind]) / first.turn.A * first.scalars.A)
+    return abs(READS[question.target.kind](first.scalars) - question.target.value) <= reach
 
 
 def _answered(
@@ -374,21 +393,6 @@ def _difference(
     apart = np.abs(fine[1][fine[0].tail] - coarse[1][coarse[0].tail])
     own = abs(question.read(*fine) - question.read(*coarse))
     return max(own, float((leverage * apart).max()))
-
-
-def certificate_of(problem: SceneDiscretisation, x: np.ndarray) -> float:
-    """How far a solution misses what it was not solved with.
-
-    The identity of the scene over T0 eta, assembled from its parts, where it has one; where it has
-    none, by how much the edge is missed by an independent integration from the tip.
-    """
-    scene, q = problem.settings.scene, problem.found(x)
-    tip, first, work = problem.ends(x)
-    curvature = problem.tip_curvature(x)
-    if scene.has_identity:
-        return abs(scene.identity(tip, first, work, curvature, q))
-    Nx, Ny = (float(force) for force in scene.tip_force(tip, q))
-    return march(scene, q, tip.sbar, Tip(tip.theta, tip.x, tip.y, Nx, Ny, curvature)).missed
 
 
 def report(

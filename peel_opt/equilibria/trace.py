@@ -23,6 +23,7 @@ from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
+from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
 from ..residual.meshes import TRACED
@@ -30,6 +31,7 @@ from .assembly import WalkedSide, assemble, describe, require_identity
 from .branch import Branch
 from .branch_parts import Trivial
 from .question import known_law
+from .scene_trace import trace_scene
 
 #: Share of ``tol`` to which some points of the walk must be accurate, by whether the law has kinks.
 SHARE = (0.01, 0.3)
@@ -49,7 +51,7 @@ MOST_MODES = 99
 
 @one_thread
 def trace(
-    rod: Rod | None = None,
+    rod: Rod | Scene | None = None,
     *,
     beta0: float | None = None,
     lam: tuple[float, float] = (-PI4, 10.0),
@@ -64,10 +66,11 @@ def trace(
 
     Parameters
     ----------
-    rod : Rod, optional
+    rod : Rod or Scene, optional
         Trace the rod's primary branch, from T over all its folds until the tip touches the
         plate; under the linear law, which for eta/y0 > 0.4319 has no end, until p < 0.
-        Either this or ``beta0``.
+        Either this or ``beta0``.  Of a `Scene` its branch, from T or from its lifted states on; a scene
+        has its own law, and takes ``points`` and ``tol`` only.
     beta0 : float, optional
         Trace the branch through T at this beta0, 0 or from 1e-12 to 1e12, in both directions; the
         straight rod is beside it as ``trivial``.
@@ -115,6 +118,9 @@ def trace(
     """
     if (rod is None) == (beta0 is None):
         raise InvalidInput("give either a rod or beta0 to trace.")
+    if isinstance(rod, Scene):
+        others = (law, at, transcription)
+        return trace_scene(rod, whole("points", points, 2), positive("tol", tol), others)
     named = known_law(("linear" if rod is None else "cohesive") if law is None else law)
     chosen = COHESIVE if named is None else named
     mode = whole("mode", mode, 1, MOST_MODES)

@@ -17,7 +17,7 @@ from ..model.scene import Scene
 from ..model.stretch import past_of
 from .discretisation import PROFILE_POINTS, Phases, Profile, Transcription
 from .scene_fields import SAMPLED, SceneFields
-from .shape import DENSE_POINTS, Shape, Solution
+from .shape import DENSE_POINTS, Shape, Solution, sample_shape
 from .spectral import Spectral, SpectralDiscretisation
 
 #: The mesh of walks.
@@ -198,31 +198,29 @@ class SceneDiscretisation(SpectralDiscretisation):
         return np.concatenate(parts)
 
 
+@sample_shape.register
+def _shape_of_scene(problem: SceneDiscretisation, unknowns: np.ndarray) -> Shape:
+    """Sample a state of a scene at ``DENSE_POINTS`` points per phase, kinks included once."""
+    dense = np.linspace(0.0, 1.0, DENSE_POINTS)
+    phases, lengths = len(problem.phases), problem.lengths(unknowns)
+    values = problem.sampler(dense)(unknowns).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
+    starts = np.cumsum(lengths) - lengths
+    places = starts[:, None] + lengths[:, None] * dense
+    kept = np.ones((phases, DENSE_POINTS), dtype=bool)
+    kept[1:, 0] = False
+    xi, fields = places[kept], values[kept]
+    s, q = problem.scalars(unknowns), problem.found(unknowns)
+    Theta, K, nx, ny, Y, x, _ = fields.T
+    kw = float(problem.settings.scene.wall.curvature_of(q)) * s.sigma
+    theta, curvature = s.A * Theta + kw * (xi - 1.0), s.A * K + kw
+    return Shape(xi, x, s.A * Y, theta, curvature, s.A * nx, s.A * ny)
+
+
 @dataclass(frozen=True, eq=False)
 class SceneSolution(Solution):
     """A discrete solution of a scene."""
 
     problem: SceneDiscretisation
-
-    def _sampled(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places xi, and fields there, at `DENSE_POINTS` per phase, kinks included once."""
-        dense = np.linspace(0.0, 1.0, DENSE_POINTS)
-        phases, lengths = len(self.problem.phases), self.problem.lengths(self.x)
-        values = self.problem.sampler(dense)(self.x).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
-        starts = np.cumsum(lengths) - lengths
-        xi = starts[:, None] + lengths[:, None] * dense
-        inside = [slice(0 if j == 0 else 1, None) for j in range(phases)]
-        pairs = [(xi[j, part], values[j, part]) for j, part in enumerate(inside)]
-        return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
-
-    def shape(self) -> Shape:
-        """Sample it densely."""
-        xi, fields = self._sampled()
-        s, q = self.problem.scalars(self.x), self.problem.found(self.x)
-        Theta, K, nx, ny, Y, x, _ = fields.T
-        kw = float(self.problem.settings.scene.wall.curvature_of(q)) * s.sigma
-        theta, curvature = s.A * Theta + kw * (xi - 1.0), s.A * K + kw
-        return Shape(xi, x, s.A * Y, theta, curvature, s.A * nx, s.A * ny)
 
     def gaps(self) -> np.ndarray:
         """Gap to the wall over eta, at the points of the shape."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 
 import numpy as np
 from numpy.polynomial import chebyshev as cheb
@@ -75,6 +75,7 @@ def _integrals() -> np.ndarray:
     return integrals
 
 
+@singledispatch
 def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     """Sample a solution at ``DENSE_POINTS`` points per phase, kinks included once."""
     problem, unknowns = problem.without_points(unknowns)

@@ -196,10 +196,35 @@ def test_a_reading_that_does_not_cover_scenes_says_so(reading: Any) -> None:
         reading(eq, **arguments)
 
 
-@pytest.mark.parametrize("call", [po.trace, po.hysteresis, po.readhesion_pressure])
+def test_the_branch_of_a_scene_has_its_folds() -> None:
+    """The least pressure under a weight of 0.02 T0, by shooting; the loading of an edge has its snap."""
+    heavy = po.trace(po.Scene(ROD, [po.Weight(0.02)]), points=48)
+    (least,) = heavy.special("LP-pressure")
+    assert least.pressure_ratio == pytest.approx(0.151810745283, abs=1e-11)
+    assert least.length_ratio == pytest.approx(5.0057689, abs=1e-6)
+    assert heavy.certificate.max() < 1e-9
+    assert heavy[len(heavy) // 3].certified
+    assert heavy.pressure_ratio[0] == pytest.approx(1.02, abs=1e-4)  # T, where p = T0 + w
+    snap = po.trace(po.Scene(ROD, unbonded=1.0), points=48).special("LP-pressure")[0]
+    assert snap.pressure_ratio == pytest.approx(0.3535512998, abs=1e-9)
+    with pytest.raises(po.InvalidInput, match="points= and tol="):
+        po.trace(po.Scene(ROD, unbonded=1.0), law="linear")
+
+
+def test_beside_a_transition_a_scene_denies_nothing() -> None:
+    scene = po.Scene(ROD, [po.Weight(0.05)])
+    assert po.solve(scene, free="length", pressure=1.0499).state == "middle"
+    with pytest.raises(po.NotConverged, match="transition"):
+        po.solve(scene, free="length", pressure=1.049999)
+    with pytest.raises(po.NoEquilibrium, match="folded"):  # which is never the default
+        po.solve(scene, free="length", pressure=1.06)
+
+
+@pytest.mark.parametrize("call", [po.hysteresis, po.readhesion_pressure, po.held_length])
 def test_a_call_that_takes_a_rod_says_that_it_does_not_take_a_scene(call: Any) -> None:
+    scene = po.Scene(ROD, [po.Weight(0.02)])
     with pytest.raises(po.InvalidInput, match="paper's scene"):
-        call(po.Scene(ROD, [po.Weight(0.02)]))
+        call(scene, 0.5) if call is po.held_length else call(scene)
 
 
 def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:

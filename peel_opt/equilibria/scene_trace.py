@@ -1,0 +1,112 @@
+"""The branch of a scene as a `Branch`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import InvalidInput, NotConverged
+from ..continuation.fill import filled, point_errors
+from ..continuation.points import Point
+from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
+from ..continuation.special import EVENTS, locate
+from ..model.scene import Scene
+from ..residual.closures import Closure
+from ..residual.scene_spectral import SceneSpectral
+from ..residual.spectral import Spectral
+from .assembly import WalkedSide, columns_of, special_points_of
+from .branch import Branch
+from .scenes import solve
+
+#: Meshes tried in turn until the points are accurate to ``tol``.
+MESHES = (Spectral(16), Spectral(24), Spectral(36), Spectral(54))
+
+
+@dataclass(frozen=True, eq=False)
+class SceneTrace(Branch):
+    """The branch of a scene, from its small states or its transition on.
+
+    ``trace[i]`` solves for the pressure at the length of a point, as `solve` does.
+
+    Parameters
+    ----------
+    scene : Scene
+        What it is the branch of.
+    """
+
+    scene: Scene | None = field(default=None, repr=False)
+
+    def __getitem__(self, which: int | slice) -> Any:
+        if isinstance(which, slice) or self.scene is None:
+            return super().__getitem__(which)
+        i = range(len(self))[which]
+        length, pressure = float(self.length[i]), float(self.pressure[i])
+        return solve(self.scene, free="pressure", length=length, near=pressure)
+
+
+def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object]) -> Branch:
+    """Trace the branch of a scene; see `trace`, whose ``others`` a scene does not take.
+
+    Raises
+    ------
+    InvalidInput
+        If one of the others is given.
+    NotConverged
+        If the branch cannot be entered, or is not accurate to ``tol`` with the finest mesh.
+    """
+    if any(other is not None for other in others):
+        raise InvalidInput("trace takes points= and tol= for a scene.", remedy="Give the scene its law=.")
+    ratio = Closure("ratio", scene.rod.ratio)
+    for mesh in MESHES:
+        family = SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio)
+        walked = entered_branch(family)
+        along = _filled(walked, points)
+        errors = point_errors(family, along)
+        reached = float(errors.total.max())
+        if reached <= tol + 4.0 * float(errors.rounding.max()):
+            return _assembled(
+                walked, along, errors.total, {"points": points, "tol": tol, "scene": repr(scene)}
+            )
+    raise NotConverged(
+        f"the branch of the scene is accurate to {reached:.1e} only, asked for {tol:.1e}.",
+        remedy="Give a larger tol.",
+    )
+
+
+def _filled(walked: SceneBranch, points: int) -> list[Point]:
+    """Return the points of a branch with others between them."""
+    span = walked.points[-1].arclength - walked.points[0].arclength
+    return filled(walked.family, walked.points, span / (points - 1))
+
+
+def _assembled(
+    walked: SceneBranch, along: list[Point], errors: np.ndarray, options: dict[str, Any]
+) -> Branch:
+    family = walked.family
+    specials = [*walked.folds, *locate(family, along, EVENTS)]
+    known = {id(p) for p in along}
+    added = [s.point for s in specials if id(s.point) not in known]
+    every = sorted([*along, *added], key=lambda p: p.arclength)
+    own = dict(zip(map(id, along), errors, strict=True))
+    if added:
+        own |= dict(zip(map(id, added), point_errors(family, added).total, strict=True))
+    total = np.array([own[id(p)] for p in every])
+    part = WalkedSide(family, every, specials, walked.state_at, walked.ends[1])
+    scene = family.scene
+    return SceneTrace(
+        law=scene.bond.law.name,
+        hold="ratio",
+        held=scene.rod.ratio,
+        rod=scene.rod,
+        **columns_of(every, family),
+        arclength=np.array([p.arclength for p in every]),
+        error=total,
+        state=np.array([walked.state_at(p.arclength) for p in every]),
+        special_points=special_points_of([part], [(part, p) for p in every], total),
+        ended=walked.ends[1],
+        options=options,
+        scene=scene,
+    )
