@@ -33,9 +33,12 @@ ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 #: Shortest step of the way into a scene.
 SHORTEST = 1e-3
 
-#: Detached length over eta below which a state counts as vanished, and the least tip angle [rad] to
-#: which a branch is followed: the equations of a scene are divided by it.
-SHORT, LEAST = 0.02, 1e-5
+#: Detached length over eta below which a state counts as vanished.
+SHORT = 0.02
+
+#: Least amplitude to which a branch is followed, by which the equations are divided: towards T, where
+#: rounding in a tangent goes with its inverse square, and towards a rest, where the loads vanish with it.
+LEAST, RESTING = 1e-5, 1e-9
 
 #: p/T0 beyond which no branch is followed.
 HIGHEST = 1e3
@@ -275,7 +278,9 @@ def _walked(family: SceneFamily, start: Point) -> SceneBranch:
 
 def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
     """Find the folds between two neighbours; what stands still but for rounding has none."""
-    if min(p.scalars.A for p in pair) < 2.0 * LEAST:  # where rounding in a tangent goes with 1/A^2
+    if min(p.scalars.A for p in pair) < 2.0 * _least_angle(
+        family
+    ):  # where rounding in a tangent goes with 1/A^2
         return []
     moving = [m for m in family.monitors if max(abs(m[1](p)) for p in pair) > STILL]
     return locate(family, pair, tuple(moving))
@@ -288,7 +293,7 @@ def _walk(
     points: list[Point] = []
     for point in family.walk(start):
         s = point.scalars
-        if points and s.A < LEAST:
+        if points and _least_angle(family) > s.A:
             return [*points, *_least(family, points[-1])], "T" if family.scene.keeps_flat else "rest"
         if s.beta1 <= 0.0 or abs(s.pressure_ratio) > HIGHEST:
             return points, "unbounded"
@@ -302,6 +307,11 @@ def _walk(
     return points, "stalled"
 
 
+def _least_angle(family: SceneFamily) -> float:
+    """Least amplitude to which a branch is followed: where it begins at T, or where the rod comes to rest."""
+    return LEAST if family.scene.keeps_flat else RESTING
+
+
 def _least(family: SceneFamily, last: Point) -> list[Point]:
     """Return the states of ever smaller tip angles beyond the last point of a walk, down to the least.
 
@@ -309,9 +319,9 @@ def _least(family: SceneFamily, last: Point) -> list[Point]:
     be long in its logarithm.
     """
     found: list[Point] = []
-    A = last.scalars.A
-    while A > LEAST:
-        A = max(A / FALLING, LEAST)
+    A, least = last.scalars.A, _least_angle(family)
+    while least < A:
+        A = max(A / FALLING, least)
         solved = family.solve(last.profile, Closure("amplitude", A))
         if solved is None:
             break
