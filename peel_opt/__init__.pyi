@@ -7,6 +7,8 @@ from .analysis.flaws import held_length as held_length
 from .analysis.flaws import holding_pressure as holding_pressure
 from .analysis.flaws import readhesion_pressure as readhesion_pressure
 from .analysis.hysteresis import hysteresis as hysteresis
+from .analysis.loading import LoadingCurve as LoadingCurve
+from .analysis.loading import loading_curve as loading_curve
 from .analysis.maxwell import maxwell_curve as maxwell_curve
 from .analysis.normal_form import NormalForm as NormalForm
 from .analysis.reduction import lyapunov_schmidt as lyapunov_schmidt

@@ -90,8 +90,8 @@ def safe_pressure(rod: Rod, flaw: float, *, law: str | CohesiveLaw = "auto") -> 
     >>> round(safe_pressure(Rod.from_ratio(1.0), 1.0).pressure, 9)
     0.3535513
     """
-    scene = _flawed(rod, flaw, law)
-    found = [_snap(_loading(scene, mesh), scene) for mesh in MESHES]
+    scene = flawed(rod, flaw, law)
+    found = [snap_of(loading(scene, mesh), scene) for mesh in MESHES]
     return _limit(rod, found, [s.point.scalars.pressure_ratio for s in found], flaw=scene.numbers["unbonded"])
 
 
@@ -135,22 +135,27 @@ def critical_flaw(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto")
             f"p/T0 = {P:.6g}: a flaw is critical at pressures between 0 and T0 only.",
             remedy="From T0 on an edge of any length snaps, and without a pressure none does.",
         )
-    scene = _flawed(rod, BEGINNING * rod.eta, law)
-    found = [_snap(_growing(scene, mesh, P), scene) for mesh in MESHES]
+    scene = flawed(rod, BEGINNING * rod.eta, law)
+    found = [snap_of(_growing(scene, mesh, P), scene) for mesh in MESHES]
     flaws = [s.point.problem.found(s.point.x)["unbonded"] for s in found]  # type: ignore[attr-defined]
     return _limit(rod, found, flaws, flaw=flaws[-1])
 
 
-def _flawed(rod: Rod, flaw: float, law: str | CohesiveLaw) -> Scene:
+def flawed(rod: Rod, flaw: float, law: str | CohesiveLaw) -> Scene:
+    """Return the scene of an edge without glue."""
     require_rod(rod, RATIOS)
     flaw = positive("flaw", flaw, "" if rod.dimensionless else "m")
     return Scene(rod, law=law, unbonded=flaw)
 
 
-def _loading(scene: Scene, mesh: Spectral) -> SceneBranch:
+def loading(scene: Scene, mesh: Spectral) -> SceneBranch:
     """Return the states of an edge at all pressures."""
-    ratio = Closure("ratio", scene.rod.ratio)
-    return entered_branch(SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio))
+    return entered_branch(loaded(scene, mesh))
+
+
+def loaded(scene: Scene, mesh: Spectral) -> SceneFamily:
+    """Return the family of the states of an edge at all pressures."""
+    return SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), Closure("ratio", scene.rod.ratio))
 
 
 def _growing(scene: Scene, mesh: Spectral, P: float) -> SceneBranch:
@@ -160,7 +165,7 @@ def _growing(scene: Scene, mesh: Spectral, P: float) -> SceneBranch:
     return entered_branch(SceneFamily(scene.bond.law, transcription, ratio, holding=(held,)))
 
 
-def _snap(branch: SceneBranch, scene: Scene) -> Located:
+def snap_of(branch: SceneBranch, scene: Scene) -> Located:
     """Return the maximum of what loads the edge.
 
     Raises
@@ -184,10 +189,11 @@ def _snap(branch: SceneBranch, scene: Scene) -> Located:
             f"no snap was met as far as the edge could be followed ({reached}).",
             remedy="Give a shorter edge, or a higher pressure.",
         )
-    highest = max(p.scalars.pressure_ratio for p in branch.points)
+    highest = min(1.0, max(p.scalars.pressure_ratio for p in branch.points))
+    where = "where the bond itself fails" if highest == 1.0 else "where its tip comes back to the plate"
     raise NoEquilibrium(
         f"the edge does not snap: it grows stably up to p = {rod.pressure(highest):.6g}"
-        f" (p/T0 = {highest:.6g}), where its tip comes back to the plate.",
+        f" (p/T0 = {highest:.6g}), {where}.",
         nearest=rod.pressure(highest),
     )
 

@@ -7,7 +7,7 @@ a figure of their own that works without a display, and return the axes.
 from .diagram import plot_branch
 from .dispatch import draw
 from .files import picture_file, save_figure
-from .flaws import plot_held_lengths
+from .flaws import plot_held_lengths, plot_loading_curve, plot_safe_pressures
 from .rod import plot_equilibrium, plot_family
 
 __all__ = [
@@ -17,5 +17,7 @@ __all__ = [
     "plot_equilibrium",
     "plot_family",
     "plot_held_lengths",
+    "plot_loading_curve",
+    "plot_safe_pressures",
     "save_figure",
 ]

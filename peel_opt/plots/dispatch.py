@@ -21,6 +21,7 @@ PICTURES = {
     "Sweep": "sweeps",
     "Propagated": "spread",
     "WorkPrecision": "work",
+    "LoadingCurve": "flaws",
 }
 
 

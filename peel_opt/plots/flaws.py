@@ -1,15 +1,21 @@
-"""Held lengths: which unfolded flap is in equilibrium at which pressure."""
+"""Flaws: which edge without glue is safe, how it opens, and which unfolded flap is in equilibrium."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..analysis.loading import LoadingCurve
+from ..analysis.unbonded import FlawLimit
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
+from ..model.rod import Rod, require_rod
 from . import style
 from .axes import axes_or
+from .dispatch import draw
 from .words import length_unit, pressure_unit
 
 #: Ratio of the longest to the shortest length above which axes are logarithmic.
@@ -73,6 +79,91 @@ def plot_held_lengths(branch: Branch, ax: Axes | None = None) -> Axes:
         ax.text(where, height, text, ha="center", va="center", fontsize=style.SMALL)
     ax.set_title(
         rf"$\eta/y_0 = {rod.ratio:.4g}$; dashed: the flap in equilibrium, which nothing holds there",
+        fontsize=style.SMALL,
+        loc="left",
+    )
+    return ax
+
+
+@draw.register
+def plot_loading_curve(curve: LoadingCurve, ax: Axes | None = None) -> Axes:
+    """Draw how an edge without glue opens.
+
+    Parameters
+    ----------
+    curve : LoadingCurve
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Pressure against detached length, in the rod's units.
+    """
+    ax = axes_or(ax, lambda: Figure(figsize=(5.0, 3.6), layout="constrained").add_subplot())
+    lengths = length_unit(curve.rod, float(curve.length.max()))
+    pressures = pressure_unit(curve.rod, float(curve.pressure.max()))
+    x, y = curve.length / lengths.size, curve.pressure / pressures.size
+    ax.plot(x, y, color=style.ROD, linewidth=style.ROD_WIDTH)
+    ax.plot(x[-1:], y[-1:], "D", color=style.WARNING if curve.ended == "snap" else style.ROD)
+    ax.set_xlabel(lengths.axis(r"\bar s"))
+    ax.set_ylabel(pressures.axis("p"))
+    unit = f"${lengths.name}$" if lengths.is_symbol else lengths.name
+    ends = "diamond: it snaps" if curve.ended == "snap" else "it grows stably"
+    ax.set_title(
+        f"edge without glue on {curve.flaw / lengths.size:.4g} {unit}; {ends}",
+        fontsize=style.SMALL,
+        loc="left",
+    )
+    return ax
+
+
+def plot_safe_pressures(rod: Rod, limits: Sequence[FlawLimit], ax: Axes | None = None) -> Axes:
+    """Draw the pressure at which an edge without glue snaps against its length: below the line it holds.
+
+    Parameters
+    ----------
+    rod : Rod
+    limits : sequence of FlawLimit
+        Of that rod, from `peel_opt.safe_pressure`, two or more.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Pressure against length without glue, in the rod's units.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two.
+    """
+    require_rod(rod)
+    if len(limits) < 2 or not all(isinstance(limit, FlawLimit) for limit in limits):
+        raise InvalidInput(
+            "a chart of flaws needs two or more limits.", remedy="Call safe_pressure for each."
+        )
+    ax = axes_or(ax, lambda: Figure(figsize=(5.0, 3.6), layout="constrained").add_subplot())
+    ordered = sorted(limits, key=lambda limit: limit.flaw)
+    flaws, snaps = (np.array([getattr(limit, name) for limit in ordered]) for name in ("flaw", "pressure"))
+    lengths, pressures = length_unit(rod, float(flaws.max())), pressure_unit(rod, rod.adhesion_strength)
+    top = rod.adhesion_strength / pressures.size
+    x, y = flaws / lengths.size, snaps / pressures.size
+    ax.axhspan(top, 1.12 * top, color=style.PRESSURE, alpha=0.30, linewidth=0)
+    ax.fill_between(x, y, color=style.ADHESION, alpha=0.30, linewidth=0)
+    ax.plot(x, y, color=style.ROD, linewidth=style.ROD_WIDTH)
+    ax.set(xlim=(0.0, 1.02 * x.max()), ylim=(0.0, 1.12 * top))
+    ax.set_xlabel(lengths.axis("a"))
+    ax.set_ylabel(pressures.axis("p"))
+    ax.text(
+        0.5 * x.max(),
+        1.06 * top,
+        r"the bond itself fails, $p \geq T_0$",
+        ha="center",
+        va="center",
+        fontsize=style.SMALL,
+    )
+    ax.set_title(
+        rf"$\eta/y_0 = {rod.ratio:.4g}$; above the line an edge without glue on $a$ snaps",
         fontsize=style.SMALL,
         loc="left",
     )

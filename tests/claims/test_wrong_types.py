@@ -46,6 +46,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "holding_pressure": lambda: {"rod": ROD, "length": 3.5},
     "readhesion_pressure": lambda: {"rod": ROD},
     "safe_pressure": lambda: {"rod": ROD, "flaw": 1.0},
+    "loading_curve": lambda: {"rod": ROD, "flaw": 1.0, "points": 3},
     "critical_flaw": lambda: {"rod": ROD, "pressure": 0.4},
     "Scene": lambda: {"rod": ROD},
     "solve": lambda: {"scene": po.Scene(ROD), "free": "length", "pressure": 0.8},
@@ -150,7 +151,8 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Branch Calibration Design Equilibrium FlawLimit FoldCurve Sensitivities SpecialPoint Stability Sweep
+Branch Calibration Design Equilibrium FlawLimit FoldCurve LoadingCurve Sensitivities SpecialPoint
+Stability Sweep
 """
 OTHERS = (
     "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"

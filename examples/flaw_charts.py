@@ -1,0 +1,50 @@
+"""Charts of flaws in SI units for every material card: the pressure at which an edge without glue snaps."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import peel_opt as po
+from peel_opt.app.any_card import load_any
+from peel_opt.app.cards import Card
+from peel_opt.plots import plot_safe_pressures, save_figure
+
+CARDS = Path(__file__).parent.parent / "problems"
+
+#: Lengths without glue over eta.
+FLAWS = (0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
+
+
+def snaps(rod: po.Rod, flaws: tuple[float, ...]) -> list[po.FlawLimit]:
+    """Return the limits of edges, given over eta in rising order, up to those that grow stably instead."""
+    found: list[po.FlawLimit] = []
+    for flaw in flaws:
+        try:
+            found.append(po.safe_pressure(rod, flaw * rod.eta))
+        except po.NoEquilibrium:
+            break
+    return found
+
+
+def main(out: Path | None = None, flaws: tuple[float, ...] = FLAWS) -> dict[str, list[po.FlawLimit]]:
+    """Return the limits of each material; with ``out``, write a chart of each that has two there."""
+    found = {}
+    for path in sorted(CARDS.glob("*.toml")):
+        card = load_any(path)
+        rod = card.rod() if isinstance(card, Card) else None  # calibrations have no rod yet
+        if rod is None or rod.dimensionless:
+            continue
+        found[path.stem] = snaps(rod, flaws)
+        if out is not None and len(found[path.stem]) > 1:
+            out.mkdir(parents=True, exist_ok=True)
+            save_figure(plot_safe_pressures(rod, found[path.stem]).figure, out / f"{path.stem}.png")
+    return found
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, help="write the charts to this folder")
+    for name, limits in main(parser.parse_args().out).items():
+        longest = limits[-1]
+        print(f"{name:<16} an edge without glue on {longest.flaw:.3g} m snaps at {longest.pressure:.6g} Pa")
