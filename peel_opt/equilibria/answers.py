@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass
+from decimal import Decimal
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -245,6 +247,8 @@ def _numbers(name: str, value: Any) -> np.ndarray:
     """Return what was given as an array of numbers, or say what it is instead."""
     try:
         plain = np.asarray(in_si(name, value))
+        if plain.dtype.kind == "O" and all(isinstance(number, Real | Decimal) for number in plain.flat):
+            plain = plain.astype(float)
         if plain.dtype.kind not in "fiu":
             raise TypeError(f"{plain.dtype} are no numbers")
         return plain.astype(float)

@@ -27,6 +27,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "pressure_given_length": lambda: {"rod": ROD, "length": 3.2},
     "length_given_pressure": lambda: {"rod": ROD, "pressure": 0.8},
     "equilibrium": lambda: {"beta0": 4.0, "lam": 1.0},
+    "answers": lambda: {"ratio": [1.0, 2.0], "pressure_ratio": 0.8},
     "equilibria": lambda: {"rod": ROD, "pressure": 0.8, "law": po.exponential()},
     "trace": lambda: {"beta0": 4.0, "lam": (-1.0, 1.0), "points": 8},
     "follow": lambda: {"start": po.equilibrium(beta0=4.0, lam=1.0), "hold": "beta0", "steps": 3},
@@ -151,7 +152,7 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Branch Calibration Design Equilibrium FlawLimit FoldCurve LoadingCurve Sensitivities SpecialPoint
+Answers Branch Calibration Design Equilibrium FlawLimit FoldCurve LoadingCurve Sensitivities SpecialPoint
 Stability Sweep
 """
 OTHERS = (
