@@ -14,12 +14,12 @@ from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..base.threads import one_thread
 from ..continuation.scene_family import SceneBranch, gap_at_tip
 from ..continuation.special import located
-from ..equilibria.scenes import certificate_of
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod, Units, rod_from
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile
+from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation
 from .unbonded import MESHES, flawed, loaded, loading, snap_of
 
