@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from ..base.checks import positive
 from ..base.errors import NotCertified, NotConverged, PeelOptError
@@ -13,12 +14,14 @@ from ..base.threads import one_thread
 from ..continuation.points import SolvedState
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod
+from ..model.scene import Scene
 from ..residual.discretisation import Transcription
 from .certify import certify
 from .closed_form import closed_form
 from .methods import Answer, Method, as_method, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
+from .scenes import ask_scene, plain_law, refuse_options
 from .seeded import seeded
 from .select import THROUGH, BranchSearch, nearby, select
 
@@ -27,7 +30,7 @@ FAITHFUL = 0.05
 
 
 def pressure_given_length(
-    rod: Rod,
+    rod: Rod | Scene,
     length: float,
     *,
     law: str | CohesiveLaw = "auto",
@@ -41,7 +44,8 @@ def pressure_given_length(
 
     Parameters
     ----------
-    rod : Rod
+    rod : Rod or Scene
+        A scene that is not the paper's has its own law, is solved in the spectral form, and may be "lifted".
     length : float
         Detached length sbar [m].
     law : {"auto", "linear", "cohesive"} or CohesiveLaw
@@ -81,13 +85,11 @@ def pressure_given_length(
     >>> round(pressure_given_length(rod, 3.2).pressure_ratio, 7)
     0.3687926
     """
-    return ask_rod(
-        rod, "length", length, law=law, state=state, near=near, method=method, tol=tol, throw=throw
-    )
+    return _ask(rod, "length", length, law=law, state=state, near=near, method=method, tol=tol, throw=throw)
 
 
 def length_given_pressure(
-    rod: Rod,
+    rod: Rod | Scene,
     pressure: float,
     *,
     law: str | CohesiveLaw = "auto",
@@ -103,7 +105,7 @@ def length_given_pressure(
 
     Parameters
     ----------
-    rod : Rod
+    rod : Rod or Scene
     pressure : float
         p [Pa], between the minimum pressure of the rod and T0.
     law, method, throw
@@ -129,9 +131,23 @@ def length_given_pressure(
     >>> round(length_given_pressure(Rod.from_ratio(1.0), 0.8).length_ratio, 9)
     3.036804006
     """
-    return ask_rod(
+    return _ask(
         rod, "pressure", pressure, law=law, state=state, near=near, method=method, tol=tol, throw=throw
     )
+
+
+def _ask(subject: Rod | Scene, given: str, value: float, **options: Any) -> Equilibrium:
+    """Answer about a rod, or about a scene; the paper's scene is its rod."""
+    if not isinstance(subject, Scene):
+        return ask_rod(subject, given, value, **options)
+
+    def ask() -> Equilibrium:
+        if not subject.is_plain:
+            return ask_scene(subject, given, value, **options)
+        refuse_options(law=options["law"])
+        return ask_rod(subject.rod, given, value, **{**options, "law": plain_law(subject), "throw": True})
+
+    return _guarded(ask, subject.rod, about_a_rod(given).asked.attribute, options["tol"], options["throw"])
 
 
 def equilibrium(

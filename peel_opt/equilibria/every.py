@@ -11,11 +11,13 @@ from ..base.threads import one_thread
 from ..model.bond import CohesiveLaw
 from ..model.labels import DISQUALIFYING, UNFOLDED
 from ..model.rod import Rod, require_ratio
+from ..model.scene import Scene
 from ..residual.discretisation import Transcription
 from .certify import certify
 from .methods import Method, as_method, solve_to_tolerance
 from .question import Question, rod_questions
 from .result import Equilibrium
+from .scenes import plain_law, refuse_options, states_of_scene
 from .search import FoundState, StateSearch, close
 from .states import States
 
@@ -28,7 +30,7 @@ SAME = 1e-6
 
 @one_thread
 def equilibria(
-    rod: Rod | None = None,
+    rod: Rod | Scene | None = None,
     *,
     pressure: float | None = None,
     length: float | None = None,
@@ -56,7 +58,8 @@ def equilibria(
 
     Parameters
     ----------
-    rod : Rod, optional
+    rod : Rod or Scene, optional
+        Of a scene that is not the paper's: the states on its branches, as far as these were followed.
     pressure, length : float, optional
         What is given of the rod [Pa, m]; one of them.
     beta0, lam, beta1 : float, optional
@@ -90,6 +93,11 @@ def equilibria(
     ['lower', 'middle']
     """
     numbers = {"pressure": pressure, "length": length, "beta0": beta0, "lam": lam, "beta1": beta1}
+    if isinstance(rod, Scene) and not rod.is_plain:
+        return _of_scene(rod, law, method, positive("tol", tol), numbers)
+    if isinstance(rod, Scene):
+        refuse_options(law="auto" if law is None else law)
+        law, rod = plain_law(rod), rod.rod
     question = _question(rod, law, numbers)
     search = _search(question)
     _require_range(search)
@@ -108,6 +116,23 @@ def equilibria(
             step()
     ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))
     return States(ordered, searched)
+
+
+def _of_scene(
+    scene: Scene,
+    law: object,
+    method: object,
+    tol: float,
+    numbers: dict[str, float | None],
+) -> States:
+    """Return the states on the branches of a scene."""
+    refuse_options(law="auto" if law is None else law, method="auto" if method == "spectral" else method)
+    given = {name: value for name, value in numbers.items() if value is not None}
+    if len(given) != 1 or not given.keys() <= {"pressure", "length"}:
+        raise InvalidInput("give one of pressure and length with a scene.")
+    ((name, value),) = given.items()
+    found = states_of_scene(scene, name, value, tol)
+    return States(sorted(found, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle)))
 
 
 def _question(rod: Rod | None, law: str | CohesiveLaw | None, numbers: dict[str, float | None]) -> Question:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,23 +20,26 @@ from ..base.errors import (
 from ..base.threads import one_thread
 from ..continuation.primary import Candidate
 from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
-from ..model.dimension import FORCE, LENGTH, TRACTION, Dimension
-from ..model.labels import fits
+from ..model.bond import CohesiveLaw
+from ..model.dimension import FORCE
+from ..model.labels import OBSERVABLE, fits, known_state
+from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.rounding import response_to
 from ..residual.scene_certificate import certificate_of
-from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution, SceneSpectral
+from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution
 from ..residual.spectral import Spectral
 from .result import Equilibrium, Stats
-
-#: What every scene has.
-COMMON = {"pressure": TRACTION, "length": LENGTH}
+from .scene_question import COMMON, SceneQuestion, posed
 
 #: How the answered number is called in a result.
 ANSWERED = {"pressure": "pressure_ratio", "length": "length_ratio"}
+
+#: All states of a scene that may be asked for.
+SCENE_STATES = ("lifted", *OBSERVABLE, "other")
 
 #: What may be given, as a number of the scalars.
 READS: dict[str, Callable[[Any], float]] = {
@@ -80,8 +82,8 @@ def solve(
         "weight", "drag", "unbonded", "natural_curvature", "curvature" and so on; what the scene itself
         says of that number does not count then.
     state : str, optional
-        "lifted", "unfolded", "middle", "lower" or "folded".  Default: the lifted state where there is
-        one, that goes on from the attached rod; else the unfolded state of lowest pressure.
+        "lifted", "unfolded", "middle", "lower", "folded" or "other".  Default: the lifted state where
+        there is one, that goes on from the attached rod; else the unfolded state of lowest pressure.
     near : float, optional
         Pick the state whose free number is nearest, in the units of the rod.
     tol : float
@@ -116,121 +118,12 @@ def solve(
         return Equilibrium.nothing(rod, ANSWERED.get(free, free), tol, error.status, str(error))
 
 
-@dataclass(frozen=True)
-class SceneQuestion:
-    """What is asked of a scene, over its units of T0 and eta.
-
-    Parameters
-    ----------
-    scene : Scene
-    free : str
-    given : dict
-        The pressure and the length, as far as they are given.
-    """
-
-    scene: Scene
-    free: str
-    given: dict[str, float]
-
-    @property
-    def dimension(self) -> Dimension:
-        """What the free number measures."""
-        return COMMON.get(self.free) or self.scene.dimensions[self.free]
-
-    @property
-    def closures(self) -> tuple[Closure, ...]:
-        """What closes the residual of the scene."""
-        own = (Closure(name, value) for name, value in self.given.items())
-        return (Closure("ratio", self.scene.rod.ratio), *own)
-
-    @property
-    def target(self) -> Closure:
-        """What the walk along the branch looks for."""
-        return self.closures[-1]
-
-    @property
-    def number(self) -> str | None:
-        """The free number, where it is one of the scene's."""
-        return None if self.free in COMMON else self.free
-
-    def family(self, mesh: Spectral) -> SceneFamily:
-        """Return the curve of states on which the answer lies."""
-        ratio, *held = self.closures
-        holding = (held[0],) if self.number else ()
-        return SceneFamily(
-            self.scene.bond.law, SceneSpectral(self.scene, mesh, self.number), ratio, holding=holding
-        )
-
-    def read(self, problem: SceneDiscretisation, x: np.ndarray) -> float:
-        """Return the free number of a solution."""
-        s = problem.scalars(x)
-        if self.free == "length":
-            return float(s.sigma)
-        return float(problem.found(x)[self.free])
-
-    def weights(self, problem: SceneDiscretisation, x: np.ndarray) -> np.ndarray:
-        """Return the gradient of the free number by all unknowns."""
-        weights = np.zeros(problem.size)
-        if self.number:
-            weights[problem.extra.stop - 1] = 1.0
-        elif self.free == "length":
-            weights[problem.column("sigma")] = 1.0
-        else:
-            s = problem.scalars(x)
-            weights[problem.column("A")] = s.m / s.beta0
-            weights[problem.column("m")] = s.A / s.beta0
-            weights[problem.column("sigma")] = -3.0 * s.alpha1 / s.sigma**4
-        return weights
-
-    def named(self, value: float) -> str:
-        """Return a value of the free number with its unit."""
-        rod = self.scene.rod
-        return f"{value * self.dimension.size(rod):.8g} {self.dimension.unit_of(rod)}".rstrip()
-
-    @property
-    def words(self) -> str:
-        """What is given, for messages."""
-        rod = self.scene.rod
-        return ", ".join(
-            f"{name} = {value * COMMON[name].size(rod):.8g} {COMMON[name].unit_of(rod)}"
-            for name, value in self.given.items()
-        )
-
-
-def _posed(scene: Scene, free: object, given: dict[str, float]) -> SceneQuestion:
-    """Check what is asked, and take it to units of T0 and eta."""
-    if not isinstance(scene, Scene):
-        raise InvalidInput(
-            f"scene must be a Scene, got {scene!r:.60}.", remedy="Make one with Scene(rod, ...)."
-        )
-    known = (*COMMON, *scene.numbers)
-    if free not in known:
-        raise InvalidInput(
-            f"{free!r} is no number of this scene.",
-            remedy=f"Free one of {', '.join(known)}; name a load in the scene, with any size, to free it.",
-        )
-    wanted = [name for name in COMMON if name != free]
-    values = {"pressure": 0.0, **given} if free != "pressure" else dict(given)
-    if strange := sorted(set(values) - set(wanted)):
-        raise InvalidInput(
-            f"{', '.join(strange)} cannot be given here.", remedy=f"Give {' and '.join(wanted)}."
-        )
-    if missing := [name for name in wanted if name not in values]:
-        raise InvalidInput(f"{' and '.join(missing)} must be given to solve for the {free}.")
-    rod = scene.rod
-    check = {"pressure": finite, "length": positive}
-    scaled = {
-        name: check[name](name, values[name], COMMON[name].unit_of(rod)) / COMMON[name].size(rod)
-        for name in wanted
-    }
-    return SceneQuestion(scene, str(free), scaled)
-
-
 def _solve(
     scene: Scene, free: str, state: str | None, near: float | None, tol: float, given: dict[str, float]
 ) -> Equilibrium:
     began = time.perf_counter()
-    question = _posed(scene, free, given)
+    state = known_state(state, among=SCENE_STATES)
+    question = posed(scene, free, given)
     wanted = None if near is None else finite("near", near) / question.dimension.size(scene.rod)
     branches = scene_branches(question.family(FIRST))
     chosen, profile = _chosen(question, branches, state, wanted)
@@ -244,6 +137,82 @@ def _solve(
             candidates=(answered,),
         )
     return answered
+
+
+def ask_scene(
+    scene: Scene,
+    given: str,
+    value: float,
+    *,
+    law: object = "auto",
+    state: str | None = None,
+    near: float | Equilibrium | None = None,
+    method: object = "auto",
+    tol: float = 1e-8,
+    throw: bool = True,
+) -> Equilibrium:
+    """Answer for a scene what is asked of a rod: the length at a pressure, or the pressure at a length.
+
+    Parameters
+    ----------
+    scene : Scene
+    given : {"pressure", "length"}
+    value : float
+        In the units of the rod.
+    law, state, near, method, tol, throw
+        As in `pressure_given_length`; ``law`` and ``method`` are left at "auto".
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    InvalidInput
+        If ``law`` or ``method`` is given, too.
+    """
+    refuse_options(law=law, method=method)
+    (free,) = COMMON.keys() - {given}
+    beside = getattr(near, free) if isinstance(near, Equilibrium) else near
+    return solve(scene, free=free, state=state, near=beside, tol=tol, throw=throw, **{given: value})
+
+
+def refuse_options(**options: object) -> None:
+    """Raise where a question about a scene names what the scene has, or what is for rods only."""
+    words = {
+        "law": "a scene has its own law: give it as Scene(..., law=...).",
+        "method": "a scene is solved in the spectral form, on meshes as fine as its tolerance asks for.",
+    }
+    for name, value in options.items():
+        if value != "auto":
+            raise InvalidInput(f"{name} cannot be given here: {words[name]}", remedy=f"Leave out {name}=.")
+
+
+def plain_law(scene: Scene) -> str | CohesiveLaw:
+    """Return the law of a scene that is the paper's, as a question about its rod takes it."""
+    return scene.bond.law if isinstance(scene.law, Bond) else scene.law
+
+
+@one_thread
+def states_of_scene(scene: Scene, given: str, value: float, tol: float) -> list[Equilibrium]:
+    """Return all states on the branches of a scene at a pressure or a length, labelled.
+
+    One that is not certified to ``tol`` is among them, with its status.
+
+    Raises
+    ------
+    NotConverged
+        If no way into the scene was found, or a state between two points of a branch was lost.
+    """
+    (free,) = COMMON.keys() - {given}
+    question, found = posed(scene, free, {given: value}), []
+    for branch in scene_branches(question.family(FIRST)):
+        for candidate in branch.candidates(question.target):
+            began, profile = time.perf_counter(), candidate.profile
+            assert isinstance(profile, SceneProfile)
+            walked = len(branch.points)
+            found.append(_answered(question, profile, candidate.state, tol, walked, began))
+    return found
 
 
 def _chosen(
