@@ -18,7 +18,7 @@ from ..equilibria.ask import length_given_pressure, pressure_given_length
 from ..equilibria.question import known_law
 from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.rod import Rod, require_rod
+from ..model.rod import RATIOS, Rod, require_rod
 from ..residual.closures import Closure
 from ..residual.meshes import AT_FOLDS
 
@@ -78,7 +78,7 @@ def held_length(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto") -
     >>> round(held_length(Rod.from_ratio(1.0), 0.5).length, 4)
     3.0384
     """
-    return length_given_pressure(rod, pressure, law=law, state="unfolded")
+    return length_given_pressure(require_rod(rod, RATIOS), pressure, law=law, state="unfolded")
 
 
 def holding_pressure(rod: Rod, length: float, *, law: str | CohesiveLaw = "auto") -> Equilibrium:
@@ -111,7 +111,7 @@ def holding_pressure(rod: Rod, length: float, *, law: str | CohesiveLaw = "auto"
     >>> round(holding_pressure(Rod.from_ratio(1.0), 3.5).pressure, 6)
     0.275545
     """
-    return pressure_given_length(rod, length, law=law)
+    return pressure_given_length(require_rod(rod, RATIOS), length, law=law)
 
 
 def readhesion_pressure(rod: Rod, *, law: str | CohesiveLaw = "auto") -> PressureLimit:

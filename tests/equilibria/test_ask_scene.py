@@ -80,3 +80,10 @@ def test_all_states_are_asked_for_by_pressure_or_length() -> None:
         po.equilibria(CURVED, pressure=0.8, law="linear")
     with pytest.raises(po.InvalidInput, match="its own law"):
         po.equilibria(po.Scene(ROD), pressure=0.8, law="linear")
+
+
+def test_what_a_rod_alone_holds_is_not_asked_of_a_scene() -> None:
+    for call, value in ((po.held_length, 0.5), (po.holding_pressure, 3.5)):
+        for scene in (CURVED, po.Scene(ROD)):
+            with pytest.raises(po.InvalidInput, match="not a scene"):
+                call(scene, value)
