@@ -19,9 +19,10 @@ from ..model.rod import Rod, Units, rod_from
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile
+from ..residual.meshes import SNAPS
 from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation
-from .unbonded import MESHES, flawed, loaded, loading, snap_of
+from .unbonded import flawed, loaded, loading, snap_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -152,7 +153,7 @@ def loading_curve(
     'snaps at p = 0.353551 T0, sbar = 2.86679 eta'
     """
     scene, points = flawed(rod, flaw, law), whole("points", points, 2)
-    branch = loading(scene, MESHES[0])
+    branch = loading(scene, SNAPS[0])
     try:
         last, ended = snap_of(branch, scene).point.profile, "snap"
     except NoEquilibrium:
@@ -194,7 +195,7 @@ def _start(branch: SceneBranch, A: float) -> Profile:
 def _solved(scene: Scene, start: Profile, A: float) -> tuple[float, ...]:
     """Return p/T0, sbar/eta, A, y_tip/eta, error and certificate of the state at a tip angle."""
     found = []
-    for mesh in MESHES:
+    for mesh in SNAPS:
         solved = loaded(scene, mesh).solve(start, Closure("amplitude", A))
         if solved is None:
             raise NotConverged(

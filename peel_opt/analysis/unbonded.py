@@ -19,11 +19,9 @@ from ..model.bond import CohesiveLaw
 from ..model.rod import RATIOS, Rod, require_rod
 from ..model.scene import Scene
 from ..residual.closures import Closure
+from ..residual.meshes import SNAPS
 from ..residual.scene_spectral import SceneSpectral
 from ..residual.spectral import Spectral
-
-#: Meshes on which the snap is located; their difference is its error.
-MESHES = (Spectral(16), Spectral(24))
 
 #: What rounding leaves of a located snap.
 ROUNDING = 1e-14
@@ -91,7 +89,7 @@ def safe_pressure(rod: Rod, flaw: float, *, law: str | CohesiveLaw = "auto") -> 
     0.3535513
     """
     scene = flawed(rod, flaw, law)
-    found = [snap_of(loading(scene, mesh), scene) for mesh in MESHES]
+    found = [snap_of(loading(scene, mesh), scene) for mesh in SNAPS]
     return _limit(rod, found, [s.point.scalars.pressure_ratio for s in found], flaw=scene.numbers["unbonded"])
 
 
@@ -136,7 +134,7 @@ def critical_flaw(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto")
             remedy="From T0 on an edge of any length snaps, and without a pressure none does.",
         )
     scene = flawed(rod, BEGINNING * rod.eta, law)
-    found = [snap_of(_growing(scene, mesh, P), scene) for mesh in MESHES]
+    found = [snap_of(_growing(scene, mesh, P), scene) for mesh in SNAPS]
     flaws = [s.point.problem.found(s.point.x)["unbonded"] for s in found]  # type: ignore[attr-defined]
     return _limit(rod, found, flaws, flaw=flaws[-1])
 

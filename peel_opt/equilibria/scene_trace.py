@@ -15,14 +15,11 @@ from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
 from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
 from ..residual.closures import Closure
+from ..residual.meshes import SCENES_TRACED
 from ..residual.scene_spectral import SceneSpectral
-from ..residual.spectral import Spectral
 from .assembly import WalkedSide, columns_of, special_points_of
 from .branch import Branch
 from .scenes import solve
-
-#: Meshes tried in turn until the points are accurate to ``tol``.
-MESHES = (Spectral(16), Spectral(24), Spectral(36), Spectral(54))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +57,7 @@ def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object])
     if any(other is not None for other in others):
         raise InvalidInput("trace takes points= and tol= for a scene.", remedy="Give the scene its law=.")
     ratio = Closure("ratio", scene.rod.ratio)
-    for mesh in MESHES:
+    for mesh in SCENES_TRACED:
         family = SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio)
         walked = entered_branch(family)
         along = _filled(walked, points)

@@ -27,6 +27,7 @@ from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.linear import Linearised
+from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
 from ..residual.rounding import response_to
 from ..residual.scene_certificate import certificate_of
@@ -47,8 +48,8 @@ READS: dict[str, Callable[[Any], float]] = {
     "pressure": lambda s: s.pressure_ratio,
 }
 
-#: Nodes per stretch on which an answer is first solved, and how often they may grow.
-FIRST, MOST_REFINEMENTS = Spectral(16), 5
+#: How often the mesh of an answer may be refined.
+MOST_REFINEMENTS = 5
 
 #: States from the last to the first that a question without state= means: the one that goes on from
 #: the attached rod, then the unfolded one of least pressure.
@@ -125,7 +126,7 @@ def _solve(
     state = known_state(state, among=SCENE_STATES)
     question = posed(scene, free, given)
     wanted = None if near is None else finite("near", near) / question.dimension.size(scene.rod)
-    branches = scene_branches(question.family(FIRST))
+    branches = scene_branches(question.family(SCENES))
     chosen, profile = _chosen(question, branches, state, wanted)
     walked = sum(len(branch.points) for branch in branches)
     answered = _answered(question, profile, chosen, tol, walked, began)
@@ -305,7 +306,7 @@ def _answered(
     question: SceneQuestion, profile: SceneProfile, state: str, tol: float, walked: int, began: float
 ) -> Equilibrium:
     """Solve on finer and finer meshes until error and certificate meet the tolerance."""
-    family, given = question.family(FIRST), question.closures
+    family, given = question.family(SCENES), question.closures
     problem, first = _corrected(family, profile, given)
     x, refinements, iterations, before = first.x, 0, first.iterations, 0.0
     while True:

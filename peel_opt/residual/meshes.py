@@ -42,3 +42,15 @@ MOTIONS = Spectral(nodes=32)
 
 #: The reference of a comparison of methods: three times the nodes the spectral one starts with.
 REFERENCE = Spectral(nodes=54)
+
+#: Branches of scenes that answers are looked up on, and the first of those an answer is solved on.
+SCENES = Spectral(nodes=16)
+
+#: Traced branches of scenes, tried in turn until all points are accurate to ``tol``.
+SCENES_TRACED = tuple(Spectral(nodes) for nodes in (16, 24, 36, 54))
+
+#: Snaps of edges without glue: the difference is the error.
+SNAPS = (Spectral(nodes=16), Spectral(nodes=24))
+
+#: Fits, refined until the states of a row move by a small share of its standard deviation.
+FITTED = tuple(Spectral(nodes) for nodes in (16, 24, 36, 54))

@@ -16,12 +16,10 @@ from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
 from .discretisation import PROFILE_POINTS, Phases, Profile, Transcription
+from .meshes import SCENES
 from .scene_fields import SAMPLED, SceneFields
 from .shape import DENSE_POINTS, Shape, Solution, sample_shape
 from .spectral import Spectral, SpectralDiscretisation
-
-#: The mesh of walks.
-MESH = Spectral()
 
 #: Forms whose equations stay compiled.
 MOST_COMPILED = 64
@@ -76,7 +74,7 @@ class SceneSpectral(Transcription):
     """
 
     scene: Scene
-    mesh: Spectral = MESH
+    mesh: Spectral = SCENES
     free: str | None = None
     entered: float = 1.0
     instead: tuple[tuple[str, float], ...] = ()

@@ -14,12 +14,13 @@ from ...equilibria.question import known_law
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.labels import OBSERVABLE, known_state
 from ...model.rod import MATERIAL, Rod
+from ...residual.meshes import FITTED
 from .chart import Chart
 from .data import Data, Observation, observations
 from .linear import singular
 from .problem import Problem, watched
 from .result import Calibration
-from .search import NODES, best
+from .search import best
 from .start import coarse_rods
 from .words import RARE, combinations, far_points, warnings_of
 
@@ -102,7 +103,7 @@ def calibrate(
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
     scale = positive("loss_scale", loss_scale)
     delta = scale if loss == "pseudo-huber" else None
-    chart = Chart(known_law(law) or COHESIVE, NODES[0])
+    chart = Chart(known_law(law) or COHESIVE, FITTED[0].nodes)
     _require_enough(seen, mask)
     _require_reach(seen, known)
     empty = Problem(seen, mask, delta, chart)
@@ -152,7 +153,7 @@ def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, 
     if not any(o.state == "unfolded" for o in seen):
         return ()
     law = fit.problem.chart.law
-    problem = replace(fit.problem, chart=Chart(law, NODES[0]))
+    problem = replace(fit.problem, chart=Chart(law, FITTED[0].nodes))
     turned = [replace(o, state="folded") if o.state == "unfolded" else o for o in seen]
     (as_seen, *_), as_turned = (coarse_rods(part, known, law, 1) for part in (seen, turned))
     for misfit, start in as_turned:  # none where no rod has folded states under this law

@@ -11,6 +11,7 @@ from ...base.errors import NotConverged, PeelOptError
 from ...equilibria.result import Equilibrium
 from ...model.labels import fits
 from ...model.rod import RATIOS, Rod, require_ratio
+from ...residual.meshes import FITTED
 from .chart import Chart, ChartStates
 from .data import Observation
 from .fitted import Fitted
@@ -20,9 +21,6 @@ from .problem import Problem
 from .start import begun, coarse_rods
 from .states import resolved
 from .words import combinations
-
-#: Nodes of the spectral form, from the first solve to the finest.
-NODES = (16, 24, 36, 54)
 
 #: Difference of chi-square, by degree of freedom, of two fits that are one.
 SAME = 1e-4
@@ -166,7 +164,7 @@ def _refined(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Trial:
     """Solve on finer meshes until the public functions agree with the fitted states."""
     best: Trial | None = None
     failure: PeelOptError | None = None
-    for count in NODES:
+    for count in (mesh.nodes for mesh in FITTED):
         if count > problem.chart.nodes:
             problem = replace(problem, chart=Chart(problem.chart.law, count))
             again = problem.exactly(fitted)
