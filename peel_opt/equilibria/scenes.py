@@ -32,7 +32,6 @@ from ..residual.newton import Correction, correct
 from ..residual.rounding import response_to
 from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution
-from ..residual.spectral import Spectral
 from .result import Equilibrium, Stats
 from .scene_question import COMMON, SceneQuestion, posed
 

@@ -54,3 +54,6 @@ SNAPS = (Spectral(nodes=16), Spectral(nodes=24))
 
 #: Fits, refined until the states of a row move by a small share of its standard deviation.
 FITTED = tuple(Spectral(nodes) for nodes in (16, 24, 36, 54))
+
+#: Pictures of the explorer in its two coarse accuracies, and of any accuracy while a slider moves.
+SKETCH, DRAFT, MOVING = Spectral(nodes=6), Spectral(nodes=8), Spectral(nodes=14)

@@ -18,14 +18,13 @@ from ...equilibria.question import Question
 from ...equilibria.result import Equilibrium
 from ...equilibria.select import BranchSearch
 from ...model.labels import fits
+from ...residual.meshes import DRAFT, MOVING, SKETCH
 from ...residual.shape import Solution
-from ...residual.transcriptions import Spectral
 from .quick_walks import quick_branch
 from .state import METHODS, State
 
-#: One mesh, its error from a second: what the lower accuracies and all moving pictures solve with.
-MESHES = {"sketch": Spectral(nodes=6), "draft": Spectral(nodes=8)}
-MOVING = Spectral(nodes=14)
+#: One mesh, its error from a second: what the lower accuracies solve with.
+MESHES = {"sketch": SKETCH, "draft": DRAFT}
 
 #: Largest error of an answer while a slider moves.
 MOVING_TOL = 1e-4
