@@ -206,7 +206,7 @@ def states_of_scene(scene: Scene, given: str, value: float, tol: float) -> list[
     """
     (free,) = COMMON.keys() - {given}
     question, found = posed(scene, free, {given: value}), []
-    for branch in scene_branches(question.family(FIRST)):
+    for branch in scene_branches(question.family(SCENES)):
         for candidate in branch.candidates(question.target):
             began, profile = time.perf_counter(), candidate.profile
             assert isinstance(profile, SceneProfile)
