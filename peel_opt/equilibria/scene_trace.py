@@ -14,6 +14,7 @@ from ..continuation.points import Point
 from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
 from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
+from ..model.tips import TipLoad
 from ..residual.closures import Closure
 from ..residual.meshes import SCENES_TRACED
 from ..residual.scene_spectral import SceneSpectral
@@ -50,10 +51,16 @@ def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object])
     Raises
     ------
     InvalidInput
-        If one of the others is given.
+        If one of the others is given, or the amplitude of the branch is not the angle of its tip.
     NotConverged
         If the branch cannot be entered, or is not accurate to ``tol`` with the finest mesh.
     """
+    if not isinstance(scene.tip, TipLoad):
+        raise InvalidInput(
+            "a branch is read by the angle of a free tip: one of a strip, or of a tip that rests on its wall,"
+            " is not traced.",
+            remedy="Ask for its states with solve or equilibria, one number at a time.",
+        )
     if any(other is not None for other in others):
         raise InvalidInput("trace takes points= and tol= for a scene.", remedy="Give the scene its law=.")
     ratio = Closure("ratio", scene.rod.ratio)

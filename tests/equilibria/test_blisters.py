@@ -96,6 +96,26 @@ def test_a_strip_that_cannot_lift_is_refused(given: dict[str, Any], words: str) 
         po.Blister(ROD, **given)
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [po.Blister(ROD, slack=0.1), po.Scene(ROD, tip=po.Contact(), natural_curvature=-0.2)],
+)
+def test_a_branch_that_is_not_read_by_its_tip_angle_is_not_traced(scene: po.Scene) -> None:
+    with pytest.raises(po.InvalidInput, match="angle of a free tip"):
+        po.trace(scene)
+
+
+@pytest.mark.parametrize("pressure", [0.3, 0.5])
+def test_both_states_of_a_strip_with_slack_are_listed(pressure: float) -> None:
+    found = po.equilibria(po.Blister(ROD, slack=0.1), pressure=pressure)
+    assert [eq.state for eq in found] == ["lifted", "middle"]
+    for eq in found:
+        assert eq.certified
+        # p y_c = Phi(y_c) - k kap_c^2/2
+        work = eq.y[0] - 0.5 * eq.y[0] ** 2 if eq.y[0] < 1.0 else 0.5
+        assert pressure * eq.y[0] == pytest.approx(work - 0.5 * eq.curvature[0] ** 2, abs=1e-10)
+
+
 # -- tips that rest on their wall
 
 
