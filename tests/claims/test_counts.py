@@ -1,0 +1,79 @@
+"""What an answer and a branch cost in corrections, factorisations and walks, the same on every machine."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt.continuation.family import Family
+from peel_opt.continuation.points import Point
+from peel_opt.residual import newton
+from peel_opt.residual.linear import DenseFactors
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """Corrections, factorisations, and walks from a transition, from now on."""
+    counts: Counter[str] = Counter()
+    correction, factorise, walk = newton.newton, DenseFactors.__init__, Family.walk
+
+    def corrected(*arguments: object, **options: object) -> newton.Correction:
+        counts["corrections"] += 1
+        return correction(*arguments, **options)
+
+    def factorised(self: DenseFactors, matrix: np.ndarray) -> None:
+        counts["factorisations"] += 1
+        factorise(self, matrix)
+
+    def walked(self: Family, here: Point, *arguments: object, **options: object) -> Iterator[Point]:
+        counts["walks"] += here.arclength == 0.0  # the others lead from point to point
+        return walk(self, here, *arguments, **options)
+
+    monkeypatch.setattr(newton, "newton", corrected)
+    monkeypatch.setattr(DenseFactors, "__init__", factorised)
+    monkeypatch.setattr(Family, "walk", walked)
+    return counts
+
+
+@pytest.mark.parametrize(
+    ("first", "again"),
+    [
+        (
+            lambda: po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5, state="folded"),
+            lambda: po.length_given_pressure(po.Rod.from_ratio(1.0), 0.45, state="folded"),
+        ),
+        (
+            lambda: po.pressure_given_length(po.Rod.from_ratio(20.0), 2.0, state="lower"),
+            lambda: po.pressure_given_length(po.Rod.from_ratio(20.0), 1.9, state="lower"),
+        ),
+        (
+            lambda: po.equilibrium(beta0=4.0, lam=1.0, method="spectral"),
+            lambda: po.equilibrium(beta0=4.0, lam=1.0, method="spectral", tol=1e-9),
+        ),
+    ],
+    ids=["folded", "length", "groups"],
+)
+def test_a_second_answer_is_one_landing_and_no_walk(
+    first: Callable[[], po.Equilibrium], again: Callable[[], po.Equilibrium], counted: Counter[str]
+) -> None:
+    first()
+    counted.clear()
+    assert again().certified
+    # It lands on the branch and, where one residual says so, is solved for on one finer mesh.
+    assert 0 < counted["corrections"] <= 2
+    # Three steps of Newton's method with one set of factors each, and those that the error takes.
+    assert 0 < counted["factorisations"] <= 6
+    assert counted["walks"] == 0
+
+
+@pytest.mark.parametrize(("ratio", "walks"), [(0.05, 1), (1.0, 1), (100.0, 2)])
+def test_a_branch_is_walked_once_on_each_mesh_that_is_tried(
+    ratio: float, walks: int, counted: Counter[str]
+) -> None:
+    po.trace(po.Rod.from_ratio(ratio))
+    assert 0 < counted["walks"] <= walks
+    assert 0 < counted["corrections"] <= 500
