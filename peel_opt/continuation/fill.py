@@ -7,6 +7,7 @@ compiled residual and one call of LAPACK for the whole stack.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -220,7 +221,22 @@ def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
         mesh[i] = _solved_again(finer, points[i])
     for i in np.flatnonzero(np.isnan(rounding)).tolist():
         rounding[i] = _rounding(family, points[i])
-    return PointErrors(mesh * (1.0 + 1.0 / family.transcription.sure_gain), rounding)
+    whole = [_whole(family, point, gap) for point, gap in zip(points, mesh.tolist(), strict=True)]
+    return PointErrors(np.array(whole), rounding)
+
+
+def _whole(family: Family, point: Point, gap: float) -> float:
+    """Error of a point that is so far from the refined mesh, which may have to be refined itself to tell."""
+    error = family.transcription.whole_error(point.problem, point.x, gap)
+    if math.isfinite(error) or not math.isfinite(gap):
+        return error
+    finer = replace(family, transcription=family.transcription.refined())
+    found = finer.solve(point.profile, Plane.across(point.place, point.direction))
+    if found is None:
+        return math.inf
+    there = finer.point(found[0], found[1].x, point.direction, point.arclength, 0)
+    finest = replace(family, transcription=finer.transcription.refined())
+    return gap + finer.transcription.whole_error(there.problem, there.x, _solved_again(finest, there))
 
 
 def _one_step(finer: Family, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:

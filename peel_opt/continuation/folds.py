@@ -28,7 +28,7 @@ from ..residual.closures import Closure, Plane
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
 from ..residual.meshes import GROUPS
-from ..residual.spectral import Spectral
+from ..residual.spectral import Spectral, SpectralDiscretisation
 from .family import Family
 from .points import Point, place_of
 from .primary import primary_branch
@@ -43,7 +43,7 @@ class FoldSystem(Discretisation):
     Unknowns are v without its known entries, and then x.
     """
 
-    def __init__(self, equilibrium: Discretisation) -> None:
+    def __init__(self, equilibrium: SpectralDiscretisation) -> None:
         self.equilibrium = equilibrium
         self.known = {equilibrium.column(name): value for name, value in NULL_VECTOR.items()}
         self.free = [i for i in range(equilibrium.size) if i not in self.known]
@@ -85,10 +85,9 @@ class FoldEquations(Transcription):
 
     mesh: Spectral = GROUPS
 
-    @property
-    def sure_gain(self) -> float:
-        """That of the mesh."""
-        return self.mesh.sure_gain
+    def gain_at(self, problem: FoldSystem, x: np.ndarray) -> float:
+        """That of the mesh, for the equilibrium."""
+        return self.mesh.gain_at(problem.equilibrium, x[len(problem.free) :])
 
     def discretise(self, phases: Phases) -> FoldSystem:
         """Return the compiled system for one phase."""
@@ -130,11 +129,13 @@ class FoldFamily(Family):
         """Distance of each point from the curve on the refined mesh, in the metric of the arclength."""
         finer = replace(self, transcription=self.transcription.refined())
         found = [finer.solve(p.profile, Plane.across(p.place, p.direction)) for p in points]
-        gaps = [
-            math.inf if f is None else float(np.linalg.norm(place_of(*f) - p.place))
+        errors = [
+            math.inf
+            if f is None
+            else self.transcription.whole_error(p.problem, p.x, float(np.linalg.norm(place_of(*f) - p.place)))
             for p, f in zip(points, found, strict=True)
         ]
-        return np.array(gaps) * (1.0 + 1.0 / self.transcription.sure_gain)
+        return np.array(errors)
 
     def start(self, beta0: float) -> Point:
         """Return the fold of the branch through T at ``beta0``; from there the curve goes up in lambda.

@@ -174,7 +174,8 @@ def place_error(family: Family, found: Located) -> float:
     rate = abs(monitor(aside) - monitor(point)) / ASIDE
     left = abs(monitor(same) - monitor(point)) + abs(monitor(point))
     shift = left / rate if found.kind != "self-contact" and rate > 0.0 else math.inf
-    return shift * (1.0 + 1.0 / family.transcription.sure_gain) + found.bracket[1] - found.bracket[0]
+    whole = family.transcription.whole_error(point.problem, point.x, shift)
+    return whole + found.bracket[1] - found.bracket[0]
 
 
 def locate(family: Family, points: Sequence[Point], monitors: Sequence[tuple[str, Monitor]]) -> list[Located]:

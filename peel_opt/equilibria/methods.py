@@ -244,9 +244,11 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
             difference = _difference(coarse.scalars, fine.scalars, own, read, form)
             # No refinement gains more than the order: a smaller difference is luck.
             difference = max(difference, before / coarse.transcription.most_gain)
-            gain = _gain(coarse.transcription.sure_gain, difference, before)
+            sure = coarse.transcription.gain_at(coarse.problem, coarse.correction.x)
+            gain = _gain(sure, difference, before)
             before = difference
-            estimates.append((difference / (gain - 1.0) * (1.0 if method.adaptive else gain), difference))
+            left = difference / (gain - 1.0) if gain > 1.0 else math.inf
+            estimates.append((left * (1.0 if method.adaptive else gain), difference))
         mesh, difference = min(estimates)
         error = mesh + own.rounding
         by_rounding = error > started.tol and own.rounding > min(difference, started.tol)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -318,7 +319,8 @@ def _answered(
         own = response_to(at, solved.update, question.weights(fine, there), question.read(fine, there))
         difference = _difference(question, (problem, x), (fine, there), own.leverage)
         seen = 0.1 * before / difference if difference > 0.0 else 0.0
-        error = difference / (max(problem.settings.sure_gain, seen) - 1.0) + own.rounding
+        gain = max(problem.settings.gain_at(problem, x), seen)
+        error = (difference / (gain - 1.0) if gain > 1.0 else math.inf) + own.rounding
         problem, x, before = fine, there, difference
         missed = certificate_of(problem, x)
         done = error <= tol and missed <= tol

@@ -309,9 +309,18 @@ class Transcription(ABC):
     """A way to discretise (12), with its settings as fields."""
 
     @property
-    @abstractmethod
     def sure_gain(self) -> float:
-        """Factor > 1 by which `refined` shrinks the error even before its order shows."""
+        """Factor by which `refined` shrinks any error even before its order shows; 1 if none is sure."""
+        return 1.0
+
+    def gain_at(self, problem: Any, x: np.ndarray) -> float:
+        """Factor by which `refined` is sure to shrink the error of this solution."""
+        return self.sure_gain
+
+    def whole_error(self, problem: Any, x: np.ndarray, difference: float) -> float:
+        """Error of a solution so far from that on the refined mesh; infinite where no gain is sure."""
+        gain = self.gain_at(problem, x)
+        return difference * gain / (gain - 1.0) if gain > 1.0 else math.inf
 
     @property
     def most_gain(self) -> float:

@@ -89,10 +89,9 @@ class SceneSpectral(Transcription):
         """Equal elements per phase."""
         return self.mesh.elements
 
-    @property
-    def sure_gain(self) -> float:
+    def gain_at(self, problem: SceneDiscretisation, x: np.ndarray) -> float:
         """That of the mesh."""
-        return self.mesh.sure_gain
+        return self.mesh.gain_at(problem, x)
 
     @property
     def unknown(self) -> tuple[str, ...]:

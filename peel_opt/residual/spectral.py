@@ -6,6 +6,7 @@ Theta'' at its nodes.  Converges faster than any power of the number of nodes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar
@@ -15,13 +16,14 @@ import numpy as np
 
 from ..base.checks import whole
 from ..base.errors import OutOfRange
-from ..base.quadrature import gauss, integration_matrix, values_matrix
+from ..base.quadrature import Grid, gauss, integration_matrix, values_matrix
 from ..model.equations import LowPressure, Scalars
 from .discretisation import Discretisation, Phases, Profile, Transcription
 from .spectral_fields import Integration, SpectralFields
 
-#: Nodes from which on a refinement gains what it promises; fewer do not resolve the shape yet.
-RESOLVED = 8
+#: Share of the gain foretold by the last coefficients of a solution that is believed: in 1000 random
+#: cases of 2 to 14 nodes a refinement gained less in 3, all of them by chance.
+BELIEVED = 0.3
 
 
 @dataclass(frozen=True)
@@ -52,10 +54,16 @@ class Spectral(Transcription):
         object.__setattr__(self, "nodes", whole("nodes", self.nodes, 2, 1000))
         object.__setattr__(self, "elements", whole("elements", self.elements, 1, 1000))
 
-    @property
-    def sure_gain(self) -> float:
-        """Half as many nodes again: ten is less than what is seen on any smooth phase that is resolved."""
-        return 10.0 if self.nodes >= RESOLVED else 3.0
+    def gain_at(self, problem: SpectralDiscretisation, x: np.ndarray) -> float:
+        """Factor by which half as many nodes again are sure to shrink the error of this solution.
+
+        Where Theta'' is analytic its Legendre coefficients fall as rho^-k, and the error of scalars at
+        Gauss nodes as rho^-2n: half as many nodes again gain rho^n, the largest coefficient over the last.
+        A shape that is not resolved gains nothing for sure.
+        """
+        sizes = np.abs(x[problem.fields].reshape(-1, self.nodes) @ Grid.gauss(self.nodes).analysis.T)
+        last = float((sizes[:, -2:].max(axis=1) / sizes.max(axis=1)).max())
+        return BELIEVED / last if last > 0.0 else math.inf
 
     def discretise(self, phases: Phases) -> SpectralDiscretisation:
         """Return the compiled problem for these phases."""

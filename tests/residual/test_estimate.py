@@ -48,3 +48,36 @@ def test_a_stack_of_solutions_has_the_defects_of_each() -> None:
 def test_only_meshes_that_resolve_a_shape_are_trusted() -> None:
     assert can_estimate(po.Spectral(16))
     assert not any(can_estimate(mesh) for mesh in (po.Spectral(15), po.Collocation(), po.Shooting(), None))
+
+
+@pytest.mark.parametrize(("nodes", "least"), [(6, 4), (9, 6), (12, 4)])
+def test_a_finer_mesh_gains_what_the_last_coefficients_foretell(nodes: int, least: int) -> None:
+    resolved = 0
+    for ratio, pressure in ((0.05, 0.97), (0.7, 0.6), (6.0, 0.4), (60.0, 0.3)):
+        for state in ("unfolded", "folded"):
+            exact = po.length_given_pressure(
+                po.Rod.from_ratio(ratio), pressure, state=state, method=po.Spectral(54), tol=1e-9
+            ).source
+            given = (Closure("ratio", ratio), Closure("pressure", pressure))
+            scalars, gain = [exact.x[exact.problem.tail]], np.nan
+            for mesh in (po.Spectral(nodes), po.Spectral(nodes).refined()):
+                problem = mesh.discretise(exact.problem.phases)
+                found = correct(problem, exact.problem.prolonged(exact.x, problem), given)
+                if not found.converged:
+                    break
+                gain = mesh.gain_at(problem, found.x) if len(scalars) == 1 else gain
+                scalars.append(found.x[problem.tail])
+            if len(scalars) < 3:
+                continue  # too coarse to have the state at all
+            size = 1.0 + np.abs(scalars[0])
+            coarse, fine = (np.linalg.norm((s - scalars[0]) / size) for s in scalars[1:])
+            if gain > 1.0 and coarse > 1e-9:
+                resolved += 1
+                assert gain * fine <= coarse
+    assert resolved >= least
+
+
+def test_a_mesh_that_does_not_resolve_a_shape_has_no_error() -> None:
+    eq = po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5, method=po.Spectral(3), tol=10.0, throw=False)
+    assert eq.status == "not-certified"
+    assert np.isinf(eq.error)
