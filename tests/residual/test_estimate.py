@@ -80,4 +80,4 @@ def test_a_finer_mesh_gains_what_the_last_coefficients_foretell(nodes: int, leas
 def test_a_mesh_that_does_not_resolve_a_shape_has_no_error() -> None:
     eq = po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5, method=po.Spectral(3), tol=10.0, throw=False)
     assert eq.status == "not-certified"
-    assert np.isinf(eq.error)
+    assert "its error inf" in eq.message
