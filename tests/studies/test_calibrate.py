@@ -677,3 +677,28 @@ def test_coverage_of_the_95_percent_interval() -> None:
     for counts in inside.values():
         for count in counts:
             assert abs(count / seeds - 0.95) < 2.5 * math.sqrt(0.95 * 0.05 / seeds), inside
+
+
+@pytest.mark.slow
+def test_ordinary_data_are_not_refused() -> None:
+    rng = np.random.default_rng(9)
+    choices = [(T0, Y0), (Y0,), (T0,), (K, Y0), (K, T0), (K, T0, Y0)]
+    for i in range(172):
+        ratio = math.exp(rng.uniform(math.log(0.26), math.log(6.0)))
+        rod = po.Rod(140e3 * (ratio * 0.73e-3) ** 3, 140e3, 0.73e-3)
+        free = choices[int(rng.integers(3 if i % 3 else 6))]
+        pairs, noise = int(rng.integers(4, 9)), float(rng.uniform(0.01, 0.03))
+        least = po.readhesion_pressure(rod).pressure_ratio
+        P = np.sort(rng.uniform(least + 0.1 * (1.0 - least), 0.97, pairs))
+        lengths = np.array([po.length_given_pressure(rod, p).length for p in P * T_TRUE])
+        off_length, off_pressure = 1.0 + noise * rng.standard_normal((2, pairs))
+        data = po.Measurements(
+            lengths * off_length,
+            P * T_TRUE * off_pressure,
+            length_sd=noise * lengths,
+            pressure_sd=noise * P * T_TRUE,
+        )
+        factors = dict(zip(MATERIAL, np.exp(rng.normal(0.0, 0.3, 3)).tolist(), strict=True))
+        begin = po.Rod(*(getattr(rod, name) * (factors[name] if name in free else 1.0) for name in MATERIAL))
+        fit = po.calibrate(data, free=free, rod=begin)
+        assert fit.chi2 < 40.0  # of at most 16 data
