@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,10 +12,12 @@ import peel_opt as po
 from peel_opt.analysis.energies import energies
 from peel_opt.analysis.flaws import held_length, holding_pressure, readhesion_pressure
 
+from ..rods import FLAP
+
 
 @pytest.fixture(scope="module")
-def rod_1() -> po.Branch:
-    return po.trace(po.Rod.from_ratio(1.0), points=40)
+def rod_1(branch_of: Callable[..., po.Branch]) -> po.Branch:
+    return branch_of(1.0, points=60)
 
 
 def test_work_of_the_pressure_is_bending_and_separation(rod_1: po.Branch) -> None:
@@ -72,7 +75,7 @@ def test_readhesion_pressure_is_the_least_that_holds(ratio: float) -> None:
 
 
 def test_the_held_length_of_a_holding_pressure_is_the_length() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     for length in (1.74e-3, 1.7735e-3, 1.9e-3, 2.3e-3):
         held = holding_pressure(rod, length)
         assert held_length(rod, held.pressure).length == pytest.approx(length, rel=1e-9)
@@ -80,7 +83,7 @@ def test_the_held_length_of_a_holding_pressure_is_the_length() -> None:
 
 def test_a_holding_pressure_is_the_lowest_of_the_unfolded_states() -> None:
     """120 kPa and 64.7 kPa share a length: a middle state and a lower one."""
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     middle = held_length(rod, 120e3)
     assert middle.state == "middle"
     lower = holding_pressure(rod, middle.length)
@@ -96,7 +99,7 @@ def test_a_holding_pressure_is_the_lowest_of_the_unfolded_states() -> None:
 
 
 def test_lengths_that_no_unfolded_state_has() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     for length in (1e-4, 1.0):
         with pytest.raises(po.NoEquilibrium):
             holding_pressure(rod, length)
@@ -105,23 +108,21 @@ def test_lengths_that_no_unfolded_state_has() -> None:
             holding_pressure(rod, length)
 
 
-def test_results_of_many_arrays_print_in_a_few_lines() -> None:
-    branch = po.trace(po.Rod.from_ratio(1.0), points=24)
-    found = po.energies(branch)
+def test_results_of_many_arrays_print_in_a_few_lines(rod_1: po.Branch) -> None:
+    found = po.energies(rod_1)
     lines = repr(found).splitlines()
     assert lines[0] == "Energies"
     assert f"├─ A: {len(found.A)} values, 0 to {found.A.max():.6g}" in lines
     assert len(lines) == 8
-    for other in (po.hysteresis(beta0=4.0, points=5).up, po.length_given_pressure(branch.rod, 0.8).shape):
+    for other in (po.hysteresis(beta0=4.0, points=5).up, po.length_given_pressure(rod_1.rod, 0.8).shape):
         assert max(map(len, repr(other).splitlines())) < 100
     assert "to -0" not in repr(po.trace(beta0=4.0, lam=(-1.0, 1.0), points=8))
 
 
-def test_a_kind_of_special_point_that_does_not_exist_is_no_empty_answer() -> None:
-    branch = po.trace(po.Rod.from_ratio(1.0), points=24)
-    assert branch.special("LP-lambda") == ()
+def test_a_kind_of_special_point_that_does_not_exist_is_no_empty_answer(rod_1: po.Branch) -> None:
+    assert rod_1.special("LP-lambda") == ()
     with pytest.raises(po.InvalidInput, match=r"no kind of special point 'LP'\. Kinds are BP, LP-lambda,"):
-        branch.special("LP")
+        rod_1.special("LP")
 
 
 @pytest.mark.parametrize("share", [0.4, 0.7])

@@ -17,6 +17,8 @@ from peel_opt.base.errors import InvalidInput, NoEquilibrium, NotConverged, OutO
 from peel_opt.model.rod import Rod
 from peel_opt.model.series import uniform_series
 
+from ..rods import FLAP
+
 FORMS = {"paper": NormalForm.paper(), "exact": NormalForm.exact(), "uniform": NormalForm.uniform(12)}
 each_form = pytest.mark.parametrize("kind", FORMS)
 
@@ -456,12 +458,12 @@ def test_beyond_the_series_there_is_an_error_with_a_remedy():
 
 
 def test_fold_pressure_of_the_paper():
-    rod, form = Rod(2.3e-5, 140e3, 0.73e-3), FORMS["paper"]
+    rod, form = FLAP, FORMS["paper"]
     assert design.fold_pressure(rod, form) / 140e3 == pytest.approx(0.652)
 
 
 def test_profile_solves_the_equation_of_state_and_passes_the_points_of_fig_10():
-    rod = Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     sigma, form = np.array([3.3, 3.6, 4.0]), FORMS["exact"]
     excess = design.pressure_profile(rod, rod.eta * sigma) / 140e3 - 1.0
     scaled = rod.ratio / sigma**2 - math.pi**4 / sigma**6

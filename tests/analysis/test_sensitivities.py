@@ -19,8 +19,8 @@ from peel_opt.equilibria.branch_points import equilibrium_at
 from peel_opt.residual.meshes import AT_FOLDS
 
 from .. import oracle
+from ..rods import FLAP
 
-ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 NAMES = ("bending_stiffness", "adhesion_strength", "adhesion_range")
 
 
@@ -88,16 +88,16 @@ def test_gradients_are_those_of_the_oracle(ratio: float, P: float, state: str | 
 )
 def test_material_derivatives_by_differences(law: str | po.CohesiveLaw) -> None:
     length = 1.92e-3
-    eq = po.pressure_given_length(ROD, length, law=law)
+    eq = po.pressure_given_length(FLAP, length, law=law)
     found = po.sensitivities(eq)
 
     def pressure(h: float) -> float:  # the others follow from k and the length by dimensions
-        rod = replace(ROD, bending_stiffness=ROD.bending_stiffness * (1.0 + h))
+        rod = replace(FLAP, bending_stiffness=FLAP.bending_stiffness * (1.0 + h))
         return po.pressure_given_length(rod, length, law=law, near=eq).pressure
 
     by_stiffness = richardson(pressure, 4e-3)
-    by_length = richardson(lambda h: po.pressure_given_length(ROD, length * (1 + h), law=law).pressure, 2e-3)
-    assert found["bending_stiffness"] * ROD.bending_stiffness == pytest.approx(by_stiffness, rel=1e-7)
+    by_length = richardson(lambda h: po.pressure_given_length(FLAP, length * (1 + h), law=law).pressure, 2e-3)
+    assert found["bending_stiffness"] * FLAP.bending_stiffness == pytest.approx(by_stiffness, rel=1e-7)
     assert found["length"] * length == pytest.approx(by_length, rel=1e-7)
 
 
@@ -113,7 +113,7 @@ def test_every_method_has_the_same_derivatives(method: object) -> None:
 
 def test_units_alone_scale_the_answer() -> None:
     """p/T0 and sbar/eta have no units: the elasticities add up to what dimensions say."""
-    e = po.sensitivities(po.pressure_given_length(ROD, 1.9e-3)).elasticities
+    e = po.sensitivities(po.pressure_given_length(FLAP, 1.9e-3)).elasticities
     force, length = e["bending_stiffness"], e["adhesion_range"] + e["length"]
     assert e["adhesion_strength"] + force == pytest.approx(1.0, abs=1e-10)  # [Pa] = N^1 ...
     assert force + length - 2.0 * e["adhesion_strength"] == pytest.approx(-2.0, abs=1e-10)  # ... m^-2
@@ -141,7 +141,7 @@ def test_groups_without_strength() -> None:
 
 @pytest.fixture(scope="module")
 def branch() -> po.Branch:
-    return po.trace(ROD, points=30)
+    return po.trace(FLAP, points=30)
 
 
 def test_at_a_fold_there_is_no_derivative(branch: po.Branch) -> None:
@@ -151,9 +151,9 @@ def test_at_a_fold_there_is_no_derivative(branch: po.Branch) -> None:
 
 
 def test_close_to_a_fold_the_error_grows_and_says_so() -> None:
-    least = po.sensitivities(ROD, "least_length").value
+    least = po.sensitivities(FLAP, "least_length").value
     near, far = (
-        po.sensitivities(po.pressure_given_length(ROD, least * (1 + h), tol=1e-4)) for h in (1e-8, 1e-2)
+        po.sensitivities(po.pressure_given_length(FLAP, least * (1 + h), tol=1e-4)) for h in (1e-8, 1e-2)
     )
     # p - p_F ~ sqrt(sbar - sbar_F): the derivative grows with the inverse root.
     assert near["length"] / far["length"] == pytest.approx(1e3, rel=0.3)
@@ -165,7 +165,7 @@ def test_at_the_minimum_pressure_length_does_not_matter(branch: po.Branch) -> No
     (fold,) = branch.special("LP-pressure")
     found = po.sensitivities(equilibrium_at(branch, fold.index))
     assert abs(found.elasticities["length"]) < 1e-9
-    limit = po.sensitivities(ROD, "readhesion_pressure")
+    limit = po.sensitivities(FLAP, "readhesion_pressure")
     assert [found[name] for name in NAMES] == pytest.approx([limit[name] for name in NAMES], rel=1e-8)
 
 
@@ -174,15 +174,15 @@ def test_at_the_minimum_pressure_length_does_not_matter(branch: po.Branch) -> No
     [of if of == "readhesion_pressure" else pytest.param(of, marks=pytest.mark.slow) for of in LIMITS],
 )
 def test_limits_by_differences(of: str) -> None:
-    found = po.sensitivities(ROD, of)
+    found = po.sensitivities(FLAP, of)
     for name in NAMES:
         assert found.errors[name] < 1e-8 * abs(found[name])
 
     def value(h: float) -> float:
-        return po.sensitivities(replace(ROD, adhesion_range=ROD.adhesion_range * (1.0 + h)), of).value
+        return po.sensitivities(replace(FLAP, adhesion_range=FLAP.adhesion_range * (1.0 + h)), of).value
 
     central = (value(2e-4) - value(-2e-4)) / 4e-4
-    assert found["adhesion_range"] * ROD.adhesion_range == pytest.approx(central, rel=2e-6)
+    assert found["adhesion_range"] * FLAP.adhesion_range == pytest.approx(central, rel=2e-6)
 
 
 def test_a_limit_is_walked_to_on_one_mesh_only(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,8 +207,8 @@ def test_a_limit_is_walked_to_on_one_mesh_only(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_limits_are_those_of_their_own_functions() -> None:
-    assert po.sensitivities(ROD, "readhesion_pressure").value == pytest.approx(
-        po.readhesion_pressure(ROD).pressure, rel=1e-12
+    assert po.sensitivities(FLAP, "readhesion_pressure").value == pytest.approx(
+        po.readhesion_pressure(FLAP).pressure, rel=1e-12
     )
     assert po.sensitivities(po.Rod.from_ratio(1.0), "least_length").value == pytest.approx(
         3.013827495, abs=1e-9
@@ -259,14 +259,14 @@ def test_beside_the_end_of_the_maxwell_curve() -> None:
 
 
 def test_what_is_refused() -> None:
-    nothing = po.length_given_pressure(ROD, 2e4, throw=False)
+    nothing = po.length_given_pressure(FLAP, 2e4, throw=False)
     with pytest.raises(po.InvalidInput, match="no equilibrium to differentiate"):
         po.sensitivities(nothing)
-    eq = po.pressure_given_length(ROD, 1.9e-3)
+    eq = po.pressure_given_length(FLAP, 1.9e-3)
     with pytest.raises(po.InvalidInput, match="no discrete solution"):
         po.sensitivities(pickle.loads(pickle.dumps(eq)))
     with pytest.raises(po.InvalidInput, match="readhesion_pressure"):
-        po.sensitivities(ROD)
+        po.sensitivities(FLAP)
     with pytest.raises(po.InvalidInput, match="one answer"):
         po.sensitivities(eq, "maxwell_length")
     with pytest.raises(po.InvalidInput, match="got float"):
@@ -276,7 +276,7 @@ def test_what_is_refused() -> None:
 
 
 def test_it_reads_well_and_travels() -> None:
-    found = po.sensitivities(po.pressure_given_length(ROD, 1.9e-3))
+    found = po.sensitivities(po.pressure_given_length(FLAP, 1.9e-3))
     assert repr(found).startswith(
         "Sensitivities(pressure = 48.673 kPa; elasticities: bending_stiffness +0.8272"
     )

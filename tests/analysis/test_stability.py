@@ -254,10 +254,9 @@ def test_changes_of_stability_are_located() -> None:
         po.stability_changes(po.trace(beta0=4, lam=(-1, 1), points=8))
 
 
-def test_changes_do_not_depend_on_the_points() -> None:
+def test_changes_do_not_depend_on_the_points(branch_of: Callable[..., po.Branch]) -> None:
     lists = [
-        po.stability_changes(po.trace(po.Rod.from_ratio(1.0), **options))
-        for options in ({"points": 15}, {"points": 60}, {})
+        po.stability_changes(branch_of(1.0, **options)) for options in ({"points": 15}, {"points": 60}, {})
     ]
     assert [c.before for c in lists[0]] == [
         "index 1",
@@ -275,8 +274,10 @@ def test_changes_do_not_depend_on_the_points() -> None:
 
 
 @pytest.mark.parametrize("points", [15, 60])
-def test_no_direction_is_claimed_from_an_eigenvalue_that_vanishes(points: int) -> None:
-    br = po.trace(po.Rod.from_ratio(1.0), points=points)
+def test_no_direction_is_claimed_from_an_eigenvalue_that_vanishes(
+    points: int, branch_of: Callable[..., po.Branch]
+) -> None:
+    br = branch_of(1.0, points=points)
     found = stability(br, len(br) - 1)
     assert br.ended == "contact"
     assert abs(found.eigenvalues[0]) < found.error

@@ -6,6 +6,8 @@ import pytest
 
 import peel_opt as po
 
+from ..rods import FLAP
+
 #: eta/y0, a/eta, p_max/T0 and its digits, tip angle and sbar/eta at the snap; by local-frame shooting.
 SNAPS = [
     (1.0, 0.1, 0.87611826, 5e-9, 0.063744, 1.966977),
@@ -53,7 +55,7 @@ def test_only_pressures_between_zero_and_the_strength_have_a_critical_flaw(press
 
 def test_a_real_flap_in_its_own_units() -> None:
     """What the plain branch holds at this pressure is longer than what is safe."""
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     flaw = po.critical_flaw(rod, 60e3)
     assert po.safe_pressure(rod, flaw.flaw).pressure == pytest.approx(60e3, rel=1e-9)
     assert flaw.flaw < 0.5 * po.held_length(rod, 60e3).length

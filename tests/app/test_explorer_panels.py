@@ -19,7 +19,7 @@ from peel_opt.plots.diagram import diagram_panel
 from peel_opt.plots.panels import Axis, Line, Panel
 from peel_opt.plots.rod import rod_panel
 
-FLAP = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP
 
 
 def labels(picture: Picture) -> list[str]:

@@ -12,8 +12,9 @@ import pytest
 import peel_opt as po
 from peel_opt.base.arrays import floats, in_si
 
+from ..rods import FLAP
+
 U = pint.UnitRegistry()
-ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
 
 
 def test_a_rod_is_made_of_quantities() -> None:
@@ -27,13 +28,16 @@ def test_a_rod_is_made_of_quantities() -> None:
 @pytest.mark.parametrize(
     ("with_unit", "plain"),
     [
-        (lambda: po.length_given_pressure(ROD, 60.0 * U.kPa), lambda: po.length_given_pressure(ROD, 60e3)),
+        (lambda: po.length_given_pressure(FLAP, 60.0 * U.kPa), lambda: po.length_given_pressure(FLAP, 60e3)),
         (
-            lambda: po.pressure_given_length(ROD, 1.9 * U.mm, near=45.0 * U.kPa),
-            lambda: po.pressure_given_length(ROD, 1.9e-3, near=45e3),
+            lambda: po.pressure_given_length(FLAP, 1.9 * U.mm, near=45.0 * U.kPa),
+            lambda: po.pressure_given_length(FLAP, 1.9e-3, near=45e3),
         ),
-        (lambda: po.holding_pressure(ROD, 1.9 * U.mm), lambda: po.holding_pressure(ROD, 1.9e-3)),
-        (lambda: po.equilibria(ROD, pressure=60.0 * U.kPa)[0], lambda: po.equilibria(ROD, pressure=60e3)[0]),
+        (lambda: po.holding_pressure(FLAP, 1.9 * U.mm), lambda: po.holding_pressure(FLAP, 1.9e-3)),
+        (
+            lambda: po.equilibria(FLAP, pressure=60.0 * U.kPa)[0],
+            lambda: po.equilibria(FLAP, pressure=60e3)[0],
+        ),
     ],
 )
 def test_a_question_is_asked_in_quantities(
@@ -55,8 +59,8 @@ def test_ratios_are_numbers_however_they_are_written() -> None:
     "call",
     [
         lambda: po.Rod(23.0 * U.uN * U.m, 0.14 * U.mm, 0.73 * U.mm),
-        lambda: po.length_given_pressure(ROD, 60.0 * U.mm),
-        lambda: po.length_given_pressure(ROD, [60.0, 70.0] * U.kPa),
+        lambda: po.length_given_pressure(FLAP, 60.0 * U.mm),
+        lambda: po.length_given_pressure(FLAP, [60.0, 70.0] * U.kPa),
         lambda: po.length_given_pressure(po.Rod.from_ratio(1.0), 0.8 * U.Pa),
         lambda: po.Rod.from_ratio(1.0 * U.mm),
         lambda: po.maxwell_length([1.0] * U.m, "paper"),
@@ -65,8 +69,10 @@ def test_ratios_are_numbers_however_they_are_written() -> None:
         lambda: po.NormalForm.paper().potential([4.0] * U.mm, 4.0, 0.1),
         lambda: po.lyapunov_schmidt(4.0).g([0.1] * U.mm, 0.1),
         lambda: po.fold_curve((1.0 * U.m, 3.0)),
-        lambda: po.trace(ROD, at={"length_ratio": [3.0 * U.m]}),
-        lambda: po.uncertainty(ROD, {"adhesion_strength": (130 * U.mm, 150 * U.mm)}, pressure=6e4, samples=2),
+        lambda: po.trace(FLAP, at={"length_ratio": [3.0 * U.m]}),
+        lambda: po.uncertainty(
+            FLAP, {"adhesion_strength": (130 * U.mm, 150 * U.mm)}, pressure=6e4, samples=2
+        ),
     ],
 )
 def test_another_unit_is_an_error_of_ours(call: Callable[[], Any]) -> None:
@@ -80,7 +86,7 @@ def test_units_of_other_libraries_are_not_stripped_either() -> None:
 
     lengths = np.array([1.9, 2.0]).view(Theirs)
     with pytest.raises(po.InvalidInput, match=r"cannot be taken in 'mm'.*only those of pint"):
-        po.sweep({"length": lengths}, rod=ROD)
+        po.sweep({"length": lengths}, rod=FLAP)
     with pytest.raises(po.InvalidInput, match="only those of pint"):
         floats("ratio", lengths)
     Theirs.unit = "m"  # as in `Sweep.to_xarray`

@@ -18,7 +18,8 @@ import peel_opt as po
 from peel_opt.base.progress import progress
 from peel_opt.plots import figures
 
-ROD = po.Rod(2.3e-5, 140e3, 0.73e-3)
+from ..rods import FLAP
+
 GRID = {"ratio": [0.5, 1.0], "pressure_ratio": [0.6, 0.8]}
 
 
@@ -59,8 +60,8 @@ def test_a_terminal_shows_a_bar_after_a_while(monkeypatch: pytest.MonkeyPatch) -
 def test_long_work_needs_no_stderr(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, stream: Any) -> None:
     monkeypatch.setattr("sys.stderr", stream)
     assert po.sweep(GRID).certified.all()
-    assert po.uncertainty(ROD, {"adhesion_strength": "5 %"}, pressure=1e5, samples=2)["length"].sd > 0.0
-    asked = partial(po.length_given_pressure, ROD, 1e5)
+    assert po.uncertainty(FLAP, {"adhesion_strength": "5 %"}, pressure=1e5, samples=2)["length"].sd > 0.0
+    asked = partial(po.length_given_pressure, FLAP, 1e5)
     assert po.tradeoff(asked, ["spectral"], [1e-6], repeats=1).rows[0].status == "certified"
     data = po.Measurements([1.74e-3], [100e3], pressure_sd=500.0)
     known = {"bending_stiffness": 2.3e-5, "adhesion_range": 0.73e-3}

@@ -14,6 +14,8 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import peel_opt as po
 from peel_opt.base.threads import one_thread
 
+from ..rods import FLAP
+
 #: Prints one line of hexadecimal digits for each answer of a rod.
 SCRIPT = """
 import hashlib, sys
@@ -49,7 +51,7 @@ def _hashes(rod: po.Rod, threads: int | None) -> list[str]:
 
 
 RODS = [
-    pytest.param(po.Rod(2.3e-5, 140e3, 0.73e-3), id="aortic flap"),
+    pytest.param(FLAP, id="aortic flap"),
     pytest.param(po.Rod(2e6 * 1e-9 / 9.0, 1e5, 1e-6), id="silicone sheet", marks=pytest.mark.slow),
 ]
 

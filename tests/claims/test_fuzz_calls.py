@@ -13,9 +13,9 @@ import peel_opt as po
 from peel_opt.plots import save_figure
 
 from ..fuzzing import NUMBERS, WILD, examples, hammer, typed
+from ..rods import FLAP
 
 ROD = po.Rod.from_ratio(1.0)
-STRIP = po.Rod(2.3e-5, 140e3, 0.73e-3)
 
 
 #: Public calls with places for wild values; each place also takes a value that can be meant.
@@ -30,7 +30,7 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
         lambda x, tol, near: po.length_given_pressure(ROD, x, tol=tol, near=near),
         [0.8, 1e-8, None],
     ),
-    "of a real rod": (lambda x, near: po.pressure_given_length(STRIP, x, near=near), [1.9e-3, None]),
+    "of a real rod": (lambda x, near: po.pressure_given_length(FLAP, x, near=near), [1.9e-3, None]),
     "options": (
         lambda law, state, method: po.length_given_pressure(ROD, 0.8, law=law, state=state, method=method),
         ["auto", None, "auto"],
@@ -89,7 +89,7 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
         lambda x, y, sd: po.MeasuredShape([0.0, x], [0.0, y], sd, pressure=6e4),
         [1e-3, 1e-4, 1e-5],
     ),
-    "calibrate": (lambda data, free: po.calibrate(data, free=free, rod=STRIP), [[], ("adhesion_range",)]),
+    "calibrate": (lambda data, free: po.calibrate(data, free=free, rod=FLAP), [[], ("adhesion_range",)]),
     "sweep": (lambda x, y: po.sweep({"ratio": x, "pressure_ratio": [y, 0.8]}, workers=1), [1.0, 0.7]),
     "sweep, options": (
         lambda axes, tol, n: po.sweep(axes, rod=ROD, tol=tol, workers=n),
@@ -97,12 +97,12 @@ CALLS: dict[str, tuple[Callable[..., Any], list[Any]]] = {
     ),
     "uncertainty": (
         lambda sd, n: po.uncertainty(
-            STRIP, {"adhesion_strength": sd}, pressure=6e4, samples=n, indices=False, workers=1
+            FLAP, {"adhesion_strength": sd}, pressure=6e4, samples=n, indices=False, workers=1
         ),
         ["+- 5 %", 4],
     ),
     "design": (
-        lambda x, free: po.design(STRIP, free=free, targets=po.Target("maxwell_length", equal=x)),
+        lambda x, free: po.design(FLAP, free=free, targets=po.Target("maxwell_length", equal=x)),
         ["2 mm", "bending_stiffness"],
     ),
     "Target": (po.Target, ["maxwell_length", 1e-3]),

@@ -23,6 +23,7 @@ import peel_opt as po
 from peel_opt import Branch, Equilibrium, Sweep
 
 from ..fuzzing import examples, hammer, typed
+from ..rods import FLAP
 
 LOADERS = {
     "equilibrium": Equilibrium.load,
@@ -36,7 +37,7 @@ GRID = {"ratio": [0.5, 1.0], "pressure_ratio": [0.7, 0.8, 2.0]}
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("originals")
-    eq = po.length_given_pressure(po.Rod(2.3e-5, 140e3, 0.73e-3), 60e3)
+    eq = po.length_given_pressure(FLAP, 60e3)
     return {
         "equilibrium": eq.save(folder / "eq.npz").read_bytes(),
         "csv": eq.to_csv(folder / "eq.csv").read_bytes(),

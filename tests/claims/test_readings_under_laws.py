@@ -11,7 +11,8 @@ from peel_opt.analysis.limits import fold_gradient
 from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
 from peel_opt.model.named_laws import exponential, trapezoidal
 
-ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP
+
 OWN = CohesiveLaw(
     lambda u: 1 / (1 + u) ** 2, drop=lambda u: u * (2 + u) / (1 + u) ** 2, name="inverse square"
 )
@@ -22,10 +23,10 @@ each_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 @each_law
 def test_the_loop_of_a_rod(law: CohesiveLaw) -> None:
-    loop = po.hysteresis(ROD, law=law, points=6)
+    loop = po.hysteresis(FLAP, law=law, points=6)
     assert loop.visited == ("adhered", "folded")
     up, down = loop.jumps
-    assert up.pressure == ROD.adhesion_strength
+    assert up.pressure == FLAP.adhesion_strength
     # With the tip on the plate p = T0 again; at the minimum pressure the rod lets go for good.
     assert loop.branch.law == law.name
     assert down.pressure == pytest.approx(loop.branch.pressure.min(), rel=1e-12)
@@ -64,7 +65,7 @@ def test_the_exponential_law_has_not_the_minimum_of_law_8() -> None:
 @pytest.mark.parametrize("law", [LINEAR, trapezoidal(0.3), DUGDALE], ids=lambda law: law.name)
 def test_a_law_without_transition_or_end_has_no_loop(law: CohesiveLaw) -> None:
     with pytest.raises(po.NoEquilibrium, match="no loop"):
-        po.hysteresis(ROD, law=law)
+        po.hysteresis(FLAP, law=law)
 
 
 def test_a_law_says_itself_whether_branches_end_and_how_far_it_holds() -> None:

@@ -15,7 +15,9 @@ import pytest
 
 import peel_opt as po
 
-ROD, STRIP = po.Rod.from_ratio(1.0), po.Rod(2.3e-5, 140e3, 0.73e-3)
+from ..rods import FLAP
+
+ROD = po.Rod.from_ratio(1.0)
 
 #: Arguments with which a call can be meant, by its name; or a function that makes them.
 GOOD: dict[str, Callable[[], dict[str, Any]]] = {
@@ -73,11 +75,11 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "calibrate": lambda: {
         "data": [po.Measurements([1.765e-3, 1.8e-3], [67e3, 6e4], pressure_sd=500.0)],
         "free": ("adhesion_range",),
-        "rod": STRIP,
+        "rod": FLAP,
     },
     "sweep": lambda: {"axes": {"ratio": [1.0, 2.0], "pressure_ratio": 0.8}, "workers": 1},
     "uncertainty": lambda: {
-        "rod": STRIP,
+        "rod": FLAP,
         "spread": {"adhesion_strength": "5 %"},
         "pressure": 6e4,
         "samples": 4,
@@ -86,7 +88,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "Target": lambda: {"quantity": "maxwell_length", "equal": 1e-3},
     "design": lambda: {
-        "known": STRIP,
+        "known": FLAP,
         "free": "bending_stiffness",
         "targets": po.Target("maxwell_length", equal="2 mm"),
     },
@@ -138,16 +140,14 @@ def test_any_kind_of_number_is_taken_where_a_number_is(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: Callable) -> None:
-    assert (
-        po.length_given_pressure(STRIP, kind(60000.0)).length == po.length_given_pressure(STRIP, 6e4).length
-    )
+    assert po.length_given_pressure(FLAP, kind(60000.0)).length == po.length_given_pressure(FLAP, 6e4).length
     assert po.pressure_given_length(ROD, kind(3.25)).pressure == po.pressure_given_length(ROD, 3.25).pressure
     near = {"beta0": kind(4.0), "lam": kind(-0.125), "near": kind(-2.5)}
     assert po.equilibrium(**near).alpha1 == po.equilibrium(beta0=4.0, lam=-0.125, near=-2.5).alpha1
     with pytest.raises(po.NoEquilibrium, match="100 Pa"):
-        po.length_given_pressure(STRIP, kind(100.0))
+        po.length_given_pressure(FLAP, kind(100.0))
     with pytest.raises(po.NoEquilibrium, match="9 m"):
-        po.pressure_given_length(STRIP, kind(9.0))
+        po.pressure_given_length(FLAP, kind(9.0))
 
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.

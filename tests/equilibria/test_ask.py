@@ -16,6 +16,7 @@ from peel_opt.residual.closures import Closure
 
 from ..asking import ask
 from ..registry import DISCONNECTED, REFERENCES, Reference
+from ..rods import FLAP
 
 EQUILIBRIA = [ref for ref in REFERENCES if "fold" not in ref.tags]
 
@@ -194,7 +195,7 @@ def test_lambda_below_the_fold_names_the_fold() -> None:
 
 
 def test_nearest_pressure_in_the_rod_s_units() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     with pytest.raises(po.NoEquilibrium) as caught:
         po.length_given_pressure(rod, 1.0)
     found = po.length_given_pressure(rod, 1.0001 * caught.value.nearest)
@@ -252,7 +253,7 @@ def test_only_the_ratio_matters(scale: float) -> None:
 
 
 def test_shape_satisfies_the_boundary_conditions_and_the_balance_of_forces() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     eq = po.length_given_pressure(rod, 6e4)
     assert eq.s[0] == 0.0
     assert eq.s[-1] == pytest.approx(eq.length)
@@ -282,7 +283,7 @@ def test_an_equilibrium_travels_between_processes() -> None:
 
 
 def test_repr_reads_well() -> None:
-    text = repr(po.length_given_pressure(po.Rod(2.3e-5, 140e3, 0.73e-3), 6e4))
+    text = repr(po.length_given_pressure(FLAP, 6e4))
     for part in ("p=60000 Pa", "sbar=0.0017981", "lower", "cohesive law", "certified", "error"):
         assert part in text
 
@@ -290,13 +291,13 @@ def test_repr_reads_well() -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, True, "60 kPa", None, [1.0]])
 def test_pressure_that_is_no_number(value: object) -> None:
     with pytest.raises(po.InvalidInput, match=r"pressure \[Pa\]"):
-        po.length_given_pressure(po.Rod(2.3e-5, 140e3, 0.73e-3), value)  # type: ignore[arg-type]
+        po.length_given_pressure(FLAP, value)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -1.0, True, "1 mm", None])
 def test_length_that_is_no_length(value: object) -> None:
     with pytest.raises(po.InvalidInput, match=r"length \[m\]"):
-        po.pressure_given_length(po.Rod(2.3e-5, 140e3, 0.73e-3), value)  # type: ignore[arg-type]
+        po.pressure_given_length(FLAP, value)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -412,7 +413,7 @@ def test_the_nearest_folded_state_is_the_end_of_the_folded_states() -> None:
 
 
 def test_the_nearest_number_has_its_unit() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     with pytest.raises(po.NoEquilibrium, match=r"pressure = [0-9.]+ Pa\."):
         po.length_given_pressure(rod, 100.0)
     with pytest.raises(po.NoEquilibrium, match=r"length = [0-9.]+ m\."):
@@ -455,7 +456,7 @@ def test_a_law_that_hardens_again_is_not_denied_states_that_were_not_looked_for(
 
 
 def test_numbers_come_back_as_they_were_given() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     for pressure in (6e4, 61234.567, 1.1e5):
         assert po.length_given_pressure(rod, pressure).pressure == pressure
     for length in (1.9e-3, 2.0123e-3):
@@ -469,7 +470,7 @@ def test_numbers_come_back_as_they_were_given() -> None:
 
 
 def test_numbers_that_were_given_survive_a_file(tmp_path: Path) -> None:
-    eq = po.length_given_pressure(po.Rod(2.3e-5, 140e3, 0.73e-3), 6e4)
+    eq = po.length_given_pressure(FLAP, 6e4)
     for path in (eq.save(tmp_path / "a.npz"), eq.to_csv(tmp_path / "a.csv")):
         assert po.Equilibrium.load(path).pressure == 6e4
 

@@ -10,6 +10,7 @@ import pytest
 
 import peel_opt as po
 
+from ..rods import FLAP
 from ..scene_states import REFERENCE, blisters, pressure_of, scene_of, title
 
 ROD = po.Rod.from_ratio(1.0)
@@ -141,7 +142,7 @@ def test_a_little_curl_lifts_a_length_that_is_known() -> None:
 
 def test_a_straight_strip_in_an_artery_rests_on_its_tip() -> None:
     """Wall and rod bend against each other: the tip touches, in the units of the rod too."""
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     scene = po.Scene(rod, wall=po.Circle(0.2 / rod.eta), tip=po.Contact())
     eq = po.solve(scene, free="length", pressure=0.5 * rod.adhesion_strength)
     assert eq.certified

@@ -18,10 +18,12 @@ from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.law_samples import samples
 from peel_opt.model.named_laws import exponential, trapezoidal
 
+from ..rods import FLAP
+
 
 @pytest.fixture(scope="module")
 def branches():
-    rod = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+    rod = FLAP
     traced = po.trace(rod, points=24, tol=1e-6)
     fixed = po.trace(beta0=4, lam=(-1, 3), points=24)
     return {

@@ -10,6 +10,7 @@ import pytest
 
 import peel_opt as po
 
+from ..rods import FLAP
 from ..scene_states import REFERENCE, pressure_of, rods, scene_of, title
 
 #: What was solved for, by the name of the reference, and the public name.
@@ -71,7 +72,7 @@ def test_the_papers_scene_is_the_papers_rod() -> None:
 
 def test_numbers_are_in_the_units_of_the_rod() -> None:
     """An aortic flap under its own friction: the same state in SI and over T0 and eta."""
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     T0, eta = rod.adhesion_strength, rod.eta
     tip = po.TipLoad(force=0.02 * T0 * eta, angle=1.0, moment=-0.01 * T0 * eta**2)
     loads = [po.SkinFriction(traction=0.03 * T0), po.Pressure(po.profiles.exponential(10.0 * eta))]

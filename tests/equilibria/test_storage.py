@@ -18,8 +18,10 @@ from peel_opt.equilibria.result import Equilibrium
 from peel_opt.model.rod import Rod
 from peel_opt.residual.shape import Shape
 
+from ..rods import FLAP
+
 QUESTIONS = {
-    "si": lambda: pressure_given_length(Rod(2.3e-5, 140e3, 0.73e-3), 1.9e-3),
+    "si": lambda: pressure_given_length(FLAP, 1.9e-3),
     "ratio": lambda: pressure_given_length(Rod.from_ratio(0.566), 3.5),
     "groups": lambda: equilibrium(beta0=53.16, beta1=113.1),
     "beta0=0": lambda: equilibrium(beta0=0.0, lam=1.0),

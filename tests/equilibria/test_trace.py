@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import pickle
+from collections.abc import Callable
 from itertools import islice, pairwise
 
 import numpy as np
@@ -32,8 +33,8 @@ def beta0_4() -> po.Branch:
 
 
 @pytest.fixture(scope="module")
-def rod_1() -> po.Branch:
-    return po.trace(po.Rod.from_ratio(1.0), points=60)
+def rod_1(branch_of: Callable[..., po.Branch]) -> po.Branch:
+    return branch_of(1.0, points=60)
 
 
 @pytest.fixture(scope="module")

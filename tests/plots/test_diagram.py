@@ -12,6 +12,8 @@ from peel_opt.plots import plot_branch, save_figure
 from peel_opt.plots.diagram import AT_LENGTH, LABELS, diagram_panel
 from peel_opt.plots.style import DASHED, SPURIOUS
 
+from ..rods import FLAP
+
 
 @pytest.fixture(scope="module")
 def fixed():
@@ -20,7 +22,7 @@ def fixed():
 
 @pytest.fixture(scope="module")
 def rod_branch():
-    rod = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+    rod = FLAP
     return po.trace(rod, points=24, tol=1e-6)
 
 

@@ -7,11 +7,13 @@ import pytest
 import peel_opt as po
 from peel_opt.plots import plot_held_lengths, plot_safe_pressures
 
+from ..rods import FLAP
+
 
 @pytest.mark.parametrize(
     ("rod", "scale", "units"),
     [
-        (po.Rod(2.3e-5, 140e3, 0.73e-3), "linear", ("[mm]", "[kPa]")),
+        (FLAP, "linear", ("[mm]", "[kPa]")),
         (po.Rod.from_ratio(200.0), "log", (r"/\eta", "/T_0")),
     ],
 )
@@ -36,7 +38,7 @@ def test_a_chart_needs_a_rod() -> None:
 
 
 def test_a_chart_of_flaws_has_units_and_says_what_is_above_the_line() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     limits = [po.safe_pressure(rod, a) for a in (0.5e-3, 0.1e-3)]
     ax = plot_safe_pressures(rod, limits)
     assert "[µm]" in ax.get_xlabel()
@@ -50,7 +52,7 @@ def test_a_chart_of_flaws_has_units_and_says_what_is_above_the_line() -> None:
 
 
 def test_a_loading_curve_draws_itself_in_its_units() -> None:
-    curve = po.loading_curve(po.Rod(2.3e-5, 140e3, 0.73e-3), 0.5e-3, points=6)
+    curve = po.loading_curve(FLAP, 0.5e-3, points=6)
     ax = curve.plot()
     assert "[mm]" in ax.get_xlabel()
     assert "[kPa]" in ax.get_ylabel()

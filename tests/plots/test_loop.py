@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 import peel_opt as po
 
-FLAP = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP
 
 
 def line(ax: Axes, look: str) -> np.ndarray:

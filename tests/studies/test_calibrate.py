@@ -21,7 +21,8 @@ from peel_opt.studies.calibrate.linear import LinearModel
 from peel_opt.studies.calibrate.problem import watched
 from peel_opt.studies.calibrate.start import begun
 
-TRUTH = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP as TRUTH
+
 K, T0, Y0 = MATERIAL
 SUBSETS = [(K,), (T0,), (Y0,), (K, T0), (K, Y0), (T0, Y0), (K, T0, Y0)]
 

@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 import peel_opt as po
 from peel_opt.studies.design.material import material
 
-ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP
+
 FILM = {
     "youngs_modulus": "0.6 MPa",
     "poisson_ratio": 0.5,
@@ -31,10 +32,10 @@ def film(thickness: float, strength: float = 140.1e3) -> po.Rod:
 
 
 def test_stiffness_for_a_maxwell_length() -> None:
-    found = po.design(ROD, free="bending_stiffness", targets=po.Target("maxwell_length", equal="2 mm"))
+    found = po.design(FLAP, free="bending_stiffness", targets=po.Target("maxwell_length", equal="2 mm"))
 
     def miss(log_k: float) -> float:
-        rod = replace(ROD, bending_stiffness=math.exp(log_k))
+        rod = replace(FLAP, bending_stiffness=math.exp(log_k))
         return po.maxwell_length(rod.ratio, "branch") * rod.adhesion_range - 2e-3
 
     assert found.rod.bending_stiffness == pytest.approx(math.exp(brentq(miss, -11, -9, xtol=1e-12)), rel=1e-8)
@@ -50,7 +51,7 @@ def test_stiffness_for_a_maxwell_length() -> None:
 
 def test_stiffness_for_a_pressure() -> None:
     target = po.Target("pressure", equal="60 kPa", length="1.9 mm")
-    found = po.design(ROD, free="bending_stiffness", targets=target)
+    found = po.design(FLAP, free="bending_stiffness", targets=target)
     eq = po.pressure_given_length(found.rod, 1.9e-3)
     assert eq.pressure == pytest.approx(60e3, rel=1e-8)
     assert eq.state == "lower"
@@ -61,7 +62,7 @@ def test_stiffness_for_a_pressure() -> None:
 
 def test_range_for_a_readhesion_pressure() -> None:
     target = po.Target("readhesion_pressure", equal=20e3)
-    found = po.design(ROD, free="adhesion_range", targets=target)
+    found = po.design(FLAP, free="adhesion_range", targets=target)
     assert po.readhesion_pressure(found.rod).pressure == pytest.approx(20e3, rel=1e-7)
     forward = po.sensitivities(found.rod, "readhesion_pressure").elasticities["adhesion_range"]
     assert found.elasticities[target.label] == pytest.approx(1.0 / forward, rel=1e-6)
@@ -70,7 +71,7 @@ def test_range_for_a_readhesion_pressure() -> None:
 def test_a_design_under_another_law() -> None:
     target = po.Target("pressure", equal="70 kPa", length="1.9 mm")
     free = {"bending_stiffness": (1.5e-5, 4e-5)}
-    found = po.design(ROD, free=free, targets=target, law=po.exponential())
+    found = po.design(FLAP, free=free, targets=target, law=po.exponential())
     eq = po.pressure_given_length(found.rod, 1.9e-3, law=po.exponential())
     assert eq.pressure == pytest.approx(70e3, rel=1e-8)
     forward = po.sensitivities(eq).elasticities["bending_stiffness"]
@@ -86,7 +87,7 @@ def test_a_design_under_another_law() -> None:
 )
 def test_what_belongs_to_law_8_alone(words: str, free: str, target: po.Target) -> None:
     with pytest.raises(po.InvalidInput, match=words):
-        po.design(ROD, free=free, targets=target, law=po.exponential())
+        po.design(FLAP, free=free, targets=target, law=po.exponential())
 
 
 def test_two_numbers_for_two_targets() -> None:
@@ -94,7 +95,7 @@ def test_two_numbers_for_two_targets() -> None:
         po.Target("maxwell_length", equal="2 mm"),
         po.Target("length", equal="2.05 mm", pressure="60 kPa"),
     ]
-    found = po.design(ROD, free=("bending_stiffness", "adhesion_range"), targets=targets)
+    found = po.design(FLAP, free=("bending_stiffness", "adhesion_range"), targets=targets)
     rod = found.rod
     assert po.maxwell_length(rod.ratio, "branch") * rod.adhesion_range == pytest.approx(2e-3, rel=1e-7)
     assert po.length_given_pressure(rod, 60e3).length == pytest.approx(2.05e-3, rel=1e-7)
@@ -102,7 +103,7 @@ def test_two_numbers_for_two_targets() -> None:
 
 def test_two_stiffnesses_share_a_length() -> None:
     """At fixed pressure the length has a minimum over the stiffness: both sides are designs."""
-    soft = replace(ROD, bending_stiffness=4.2e-6)
+    soft = replace(FLAP, bending_stiffness=4.2e-6)
     target = po.Target("length", equal=1.1515e-3, pressure="60 kPa")
     found = po.design(soft, free={"bending_stiffness": (4.05e-6, 5e-6)}, targets=target)
     rods = (found.rod, *found.others)
@@ -115,11 +116,11 @@ def test_two_stiffnesses_share_a_length() -> None:
 def test_both_sides_are_seen_within_bounds_of_many_decades() -> None:
     """One of the two lies beside the end of its state, where the pressure turns steeply."""
     target = po.Target("pressure", equal="60 kPa", length="1.9 mm")
-    found = po.design(ROD, free="adhesion_strength", targets=target)
+    found = po.design(FLAP, free="adhesion_strength", targets=target)
     strengths = [rod.adhesion_strength for rod in (found.rod, *found.others)]
     assert strengths == pytest.approx([101621.18, 231170.69], rel=1e-6)  # the nearest to 140 kPa first
     for strength in strengths:
-        rod = replace(ROD, adhesion_strength=strength)
+        rod = replace(FLAP, adhesion_strength=strength)
         assert po.pressure_given_length(rod, 1.9e-3).pressure == pytest.approx(60e3, rel=1e-6)
 
 
@@ -149,7 +150,7 @@ def test_both_bounds_of_one_number() -> None:
         po.Target("readhesion_pressure", at_most="30 kPa"),
     ]
     free = {"adhesion_range": (5e-4, 1e-3)}
-    found = po.design(ROD, free=free, targets=targets, minimise="adhesion_range")
+    found = po.design(FLAP, free=free, targets=targets, minimise="adhesion_range")
     forward = po.sensitivities(found.rod, "readhesion_pressure").elasticities["adhesion_range"]
     assert found.elasticities == {"readhesion_pressure": pytest.approx(1.0 / forward, rel=1e-5)}
     assert repr(found).count(", d log") == 1
@@ -161,7 +162,7 @@ def test_targets_that_exclude_each_other() -> None:
         po.Target("readhesion_pressure", at_most="20 kPa"),
     ]
     with pytest.raises(po.Infeasible, match="exclude each other"):
-        po.design(ROD, free="bending_stiffness", targets=targets, minimise="bending_stiffness")
+        po.design(FLAP, free="bending_stiffness", targets=targets, minimise="bending_stiffness")
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.02])
@@ -233,9 +234,9 @@ def test_a_bound_that_binds() -> None:
 def test_a_length_below_its_minimum() -> None:
     target = po.Target("length", at_most="1 mm", pressure="60 kPa")
     with pytest.raises(po.Infeasible, match=r"closest reachable is 1\.15052 mm") as caught:
-        po.design(ROD, free="bending_stiffness", targets=target, maximise="bending_stiffness")
+        po.design(FLAP, free="bending_stiffness", targets=target, maximise="bending_stiffness")
     lengths = [
-        po.length_given_pressure(replace(ROD, bending_stiffness=k), 60e3).length
+        po.length_given_pressure(replace(FLAP, bending_stiffness=k), 60e3).length
         for k in np.linspace(4.23e-6, 4.33e-6, 21)
     ]
     assert caught.value.nearest is not None
@@ -250,7 +251,7 @@ def test_two_targets_against_each_other() -> None:
         po.Target("length", equal="1.95 mm", pressure="60 kPa"),
     ]
     with pytest.raises(po.Infeasible, match="beyond which no branch is walked") as caught:
-        po.design(ROD, free=("bending_stiffness", "adhesion_range"), targets=targets)
+        po.design(FLAP, free=("bending_stiffness", "adhesion_range"), targets=targets)
     assert caught.value.nearest is not None
     assert abs(math.log(caught.value.nearest / 1.95e-3)) < 0.04
 
@@ -258,7 +259,7 @@ def test_two_targets_against_each_other() -> None:
 def test_no_such_state_anywhere() -> None:
     with pytest.raises(po.Infeasible, match="no Maxwell point for eta/y0 below"):
         po.design(
-            ROD,
+            FLAP,
             free={"bending_stiffness": ("1e-9 N m", "1e-6 N m")},
             targets=po.Target("maxwell_length", equal="2 mm"),
         )
@@ -268,21 +269,21 @@ def test_no_such_state_anywhere() -> None:
 
 LENGTH = po.Target("maxwell_length", equal="2 mm")
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
-    ("cannot be free", lambda: po.design(ROD, free="colour", targets=LENGTH)),
-    ("needs a free number", lambda: po.design(ROD, free=(), targets=LENGTH)),
-    ("at least one Target", lambda: po.design(ROD, free="bending_stiffness", targets=[])),
-    ("not free", lambda: po.design(ROD, free="bending_stiffness", targets=LENGTH, minimise="thickness")),
-    ("leave a choice", lambda: po.design(ROD, free=("bending_stiffness", "adhesion_range"), targets=LENGTH)),
+    ("cannot be free", lambda: po.design(FLAP, free="colour", targets=LENGTH)),
+    ("needs a free number", lambda: po.design(FLAP, free=(), targets=LENGTH)),
+    ("at least one Target", lambda: po.design(FLAP, free="bending_stiffness", targets=[])),
+    ("not free", lambda: po.design(FLAP, free="bending_stiffness", targets=LENGTH, minimise="thickness")),
+    ("leave a choice", lambda: po.design(FLAP, free=("bending_stiffness", "adhesion_range"), targets=LENGTH)),
     (
         "need as many",
         lambda: po.design(
-            ROD, free="bending_stiffness", targets=[LENGTH, po.Target("pressure", equal=1, length=1)]
+            FLAP, free="bending_stiffness", targets=[LENGTH, po.Target("pressure", equal=1, length=1)]
         ),
     ),
     (
         "not both",
         lambda: po.design(
-            ROD,
+            FLAP,
             free="bending_stiffness",
             targets=LENGTH,
             minimise="bending_stiffness",
@@ -291,24 +292,24 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ),
     (
         "must be below the upper",
-        lambda: po.design(ROD, free={"bending_stiffness": (2e-5, 1e-5)}, targets=LENGTH),
+        lambda: po.design(FLAP, free={"bending_stiffness": (2e-5, 1e-5)}, targets=LENGTH),
     ),
-    ("must be two", lambda: po.design(ROD, free={"bending_stiffness": (2e-5,)}, targets=LENGTH)),  # type: ignore[dict-item]
+    ("must be two", lambda: po.design(FLAP, free={"bending_stiffness": (2e-5,)}, targets=LENGTH)),  # type: ignore[dict-item]
     ("without bounds", lambda: po.design(FILM, free="thickness", targets=LENGTH)),
-    ("needs bending_stiffness", lambda: po.design(ROD, free={"thickness": (1e-4, 1e-3)}, targets=LENGTH)),
+    ("needs bending_stiffness", lambda: po.design(FLAP, free={"thickness": (1e-4, 1e-3)}, targets=LENGTH)),
     ("unknown material number", lambda: po.design({"k": 1.0}, free="bending_stiffness", targets=LENGTH)),
     (
         "needs two of",
         lambda: po.design({"bending_stiffness": 1e-5}, free="bending_stiffness", targets=LENGTH),
     ),
     ("poisson_ratio must", lambda: material({**FILM, "poisson_ratio": 0.6}, {"thickness": (1e-4, 1e-3)})),
-    ("free must be names", lambda: po.design(ROD, free=None, targets=LENGTH)),  # type: ignore[arg-type]
+    ("free must be names", lambda: po.design(FLAP, free=None, targets=LENGTH)),  # type: ignore[arg-type]
     ("must be a Rod", lambda: po.design(None, free="thickness", targets=LENGTH)),  # type: ignore[arg-type]
-    ("one Target", lambda: po.design(ROD, free="bending_stiffness", targets=None)),  # type: ignore[arg-type]
-    ("tol must lie", lambda: po.design(ROD, free="bending_stiffness", targets=LENGTH, tol=1e-15)),
+    ("one Target", lambda: po.design(FLAP, free="bending_stiffness", targets=None)),  # type: ignore[arg-type]
+    ("tol must lie", lambda: po.design(FLAP, free="bending_stiffness", targets=LENGTH, tol=1e-15)),
     (
         "in the same sense",
-        lambda: po.design(ROD, free=("bending_stiffness", "adhesion_range"), targets=[LENGTH, LENGTH]),
+        lambda: po.design(FLAP, free=("bending_stiffness", "adhesion_range"), targets=[LENGTH, LENGTH]),
     ),
     ("needs a unit", lambda: po.Target("maxwell_length", equal="2")),
     ("unknown target", lambda: po.Target("strength", equal="2 Pa")),
@@ -339,7 +340,7 @@ def test_material_numbers_follow_from_each_other() -> None:
 
 
 def test_a_rod_gives_its_work_of_separation_free() -> None:
-    stuff = material(ROD, "work_of_separation")
+    stuff = material(FLAP, "work_of_separation")
     assert stuff.start is not None
     rod = stuff.rod(stuff.start)
-    assert rod.adhesion_range == pytest.approx(ROD.adhesion_range, rel=1e-12)
+    assert rod.adhesion_range == pytest.approx(FLAP.adhesion_range, rel=1e-12)

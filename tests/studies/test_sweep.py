@@ -27,6 +27,8 @@ from peel_opt.studies.sweep import process as sweep_process
 from peel_opt.studies.sweep import workers as sweep_workers
 from peel_opt.studies.sweep.answers import NUMBERS, TEXTS, ChunkAnswers
 
+from ..rods import FLAP
+
 #: Some points by series, some by a walk under law (8), some without an answer.
 GRID = {"ratio": np.geomspace(0.3, 20.0, 6), "pressure_ratio": np.linspace(0.2, 0.95, 7)}
 
@@ -127,7 +129,7 @@ def test_failures_are_rows_with_their_reason(whole: po.Sweep) -> None:
 
 
 def test_si_numbers_groups_and_lists() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     pressures = [50e3, 60e3]
     found = po.sweep({"adhesion_range": [0.7e-3, 0.73e-3], "pressure": pressures}, rod=rod)
     single = po.length_given_pressure(rod, 60e3)
@@ -161,7 +163,7 @@ def test_numbers_of_a_rod_known_by_its_ratio_are_in_its_own_units() -> None:
 
 
 def test_given_ratio_of_an_si_rod_keeps_its_terms() -> None:
-    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    rod = FLAP
     found = po.sweep({"pressure_ratio": [0.1, 0.5]}, rod=rod)
     assert found["nearest"][0] == pytest.approx(po.readhesion_pressure(rod).pressure_ratio, rel=1e-6)
     assert found.asked == "length_ratio"

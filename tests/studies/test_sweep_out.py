@@ -17,13 +17,13 @@ from peel_opt.base.units import LENGTH, NUMBER, PRESSURE
 from peel_opt.studies.sweep.answers import NUMBERS, TEXTS
 from peel_opt.studies.sweep.ranges import parse_range
 
-ROD = po.Rod(2.3e-5, 140e3, 0.73e-3)
+from ..rods import FLAP
 
 
 @pytest.fixture(scope="module")
 def grid() -> po.Sweep:
     axes = {"adhesion_strength": [120e3, 140e3, 160e3], "pressure": [10e3, 80e3, 90e3, 100e3]}
-    return po.sweep(axes, rod=ROD, workers=1)
+    return po.sweep(axes, rod=FLAP, workers=1)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_damaged_files_are_refused(tmp_path: Path, grid: po.Sweep) -> None:
         path.write_bytes(damaged)
         with pytest.raises(po.InvalidInput, match="sweep file"):
             po.Sweep.load(path)
-    eq = po.length_given_pressure(ROD, 100e3)
+    eq = po.length_given_pressure(FLAP, 100e3)
     with pytest.raises(po.InvalidInput, match="peel_opt equilibrium"):
         po.Sweep.load(eq.save(tmp_path / "eq.npz"))
 
@@ -71,9 +71,9 @@ def test_xarray_and_netcdf(tmp_path: Path, grid: po.Sweep, listed: po.Sweep) -> 
     assert data["length"].dims == ("adhesion_strength", "pressure")
     assert data["length"].attrs["units"] == "m"
     picked = data["length"].sel(pressure=100e3, adhesion_strength=140e3)
-    single = po.length_given_pressure(ROD, 100e3)
+    single = po.length_given_pressure(FLAP, 100e3)
     error = data["error"].sel(pressure=100e3, adhesion_strength=140e3)
-    assert abs(float(picked) - single.length) <= ROD.eta * (float(error) + single.error)
+    assert abs(float(picked) - single.length) <= FLAP.eta * (float(error) + single.error)
     for found in (grid, listed):
         with xarray.open_dataset(found.to_netcdf(tmp_path / "sweep.nc"), engine="h5netcdf") as stored:
             assert stored.load().identical(found.to_xarray())
@@ -171,14 +171,14 @@ def test_files_are_named_after_the_card(tmp_path: Path) -> None:
 def test_quantities_keep_their_unit() -> None:
     units = pint.UnitRegistry()
     for lengths in ([1.9, 2.0] * units.mm, [1.9 * units.mm, 2000.0 * units.um]):
-        assert po.sweep({"length": lengths}, rod=ROD)["length"] == pytest.approx([1.9e-3, 2e-3], rel=1e-15)
-    strengths = po.sweep({"adhesion_strength": [0.13, 0.15] * units.MPa, "length": 1.9 * units.mm}, rod=ROD)
+        assert po.sweep({"length": lengths}, rod=FLAP)["length"] == pytest.approx([1.9e-3, 2e-3], rel=1e-15)
+    strengths = po.sweep({"adhesion_strength": [0.13, 0.15] * units.MPa, "length": 1.9 * units.mm}, rod=FLAP)
     assert strengths["adhesion_strength"].tolist() == [130e3, 150e3]
     assert strengths["length"] == pytest.approx(1.9e-3, rel=1e-15)
     plain = po.sweep({"ratio": 1.0, "pressure_ratio": [60.0, 80.0] * units.percent})
     assert plain["pressure_ratio"] == pytest.approx([0.6, 0.8], rel=1e-15)
     for axes, rod in (
-        ({"length": [60.0] * units.kPa}, ROD),
+        ({"length": [60.0] * units.kPa}, FLAP),
         ({"length": [3.0] * units.mm}, po.Rod.from_ratio(1.0)),
         ({"ratio": [1.0] * units.mm, "pressure_ratio": 0.8}, None),
     ):

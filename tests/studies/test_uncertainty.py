@@ -20,27 +20,28 @@ from peel_opt.studies.uncertainty.inputs import split, spread_of
 from peel_opt.studies.uncertainty.limits import interpolated
 from peel_opt.studies.uncertainty.sample import Sample
 
-ROD = po.Rod(bending_stiffness=2.3e-5, adhesion_strength=140e3, adhesion_range=0.73e-3)
+from ..rods import FLAP
+
 SPREAD = {"bending_stiffness": "2 %", "adhesion_strength": "1 %", "adhesion_range": "1.5 %"}
 
 
 @pytest.fixture(scope="module")
 def smooth() -> po.Uncertainty:
-    return po.uncertainty(ROD, SPREAD, pressure=105e3, samples=64, workers=1)
+    return po.uncertainty(FLAP, SPREAD, pressure=105e3, samples=64, workers=1)
 
 
 def test_the_linear_estimate_is_the_chain_rule_by_finite_differences(smooth: po.Uncertainty) -> None:
     found, variance = smooth["length"], 0.0
     for name, percent in (("bending_stiffness", 2.0), ("adhesion_strength", 1.0), ("adhesion_range", 1.5)):
-        value, step = getattr(ROD, name), 1e-4
-        numbers = {n: getattr(ROD, n) for n in SPREAD}
+        value, step = getattr(FLAP, name), 1e-4
+        numbers = {n: getattr(FLAP, n) for n in SPREAD}
         up, down = (
             po.length_given_pressure(po.Rod(**{**numbers, name: value * (1.0 + s)}), 105e3).length
             for s in (step, -step)
         )
         variance += ((up - down) / (2.0 * step) * 0.01 * percent) ** 2
     assert found.linear_sd == pytest.approx(math.sqrt(variance), rel=1e-6)
-    assert found.linear_mean == found.nominal == po.length_given_pressure(ROD, 105e3).length
+    assert found.linear_mean == found.nominal == po.length_given_pressure(FLAP, 105e3).length
 
 
 def test_small_spreads_agree_with_the_linear_estimate(smooth: po.Uncertainty) -> None:
@@ -49,7 +50,7 @@ def test_small_spreads_agree_with_the_linear_estimate(smooth: po.Uncertainty) ->
     assert found.nonlinearity < 0.05
     assert found.sd == pytest.approx(found.linear_sd, rel=0.05)
     assert found.mean == pytest.approx(found.linear_mean, abs=0.1 * found.linear_sd)
-    assert found.error < 1e-8 * ROD.eta
+    assert found.error < 1e-8 * FLAP.eta
     assert all("disagree" not in words for words in found.warnings)
     # Nearly linear: the indices are the shares of the linear variance.
     shares = [(found.derivatives[n] * smooth.inputs[n].sd / found.linear_sd) ** 2 for n in smooth.inputs]
@@ -68,13 +69,13 @@ def test_every_sample_is_the_single_call(smooth: po.Uncertainty) -> None:
         rod = po.Rod(**{name: float(values[i]) for name, values in smooth.samples.items()})
         single = po.length_given_pressure(rod, 105e3)
         assert abs(found.values[i] - single.length) <= found.error + rod.eta * single.error
-        offsets = [found.derivatives[n] * (smooth.samples[n][i] - getattr(ROD, n)) for n in SPREAD]
+        offsets = [found.derivatives[n] * (smooth.samples[n][i] - getattr(FLAP, n)) for n in SPREAD]
         assert found.linear_values[i] == pytest.approx(found.nominal + sum(offsets), rel=1e-14)
 
 
 def test_the_seed_decides(smooth: po.Uncertainty) -> None:
-    again = po.uncertainty(ROD, SPREAD, pressure=105e3, samples=64, workers=1, indices=False)
-    other = po.uncertainty(ROD, SPREAD, pressure=105e3, samples=64, workers=1, indices=False, seed=1)
+    again = po.uncertainty(FLAP, SPREAD, pressure=105e3, samples=64, workers=1, indices=False)
+    other = po.uncertainty(FLAP, SPREAD, pressure=105e3, samples=64, workers=1, indices=False, seed=1)
     assert (again["length"].values == smooth["length"].values).all()
     assert (other["length"].values != smooth["length"].values).any()
     assert again["length"].indices is None
@@ -83,11 +84,11 @@ def test_the_seed_decides(smooth: po.Uncertainty) -> None:
 def test_quantiles_of_one_input_are_the_answers_at_its_quantiles() -> None:
     # The pressure falls with the length throughout.
     found = po.uncertainty(
-        ROD, {"length": (1.85e-3, 1.95e-3)}, length=1.9e-3, samples=32, indices=False, workers=1
+        FLAP, {"length": (1.85e-3, 1.95e-3)}, length=1.9e-3, samples=32, indices=False, workers=1
     )
     p = found["pressure"]
     for share in (0.0, 0.5, 1.0):
-        exact = po.pressure_given_length(ROD, 1.95e-3 - share * 0.1e-3).pressure
+        exact = po.pressure_given_length(FLAP, 1.95e-3 - share * 0.1e-3).pressure
         assert p.quantile(share) == pytest.approx(exact, rel=0.01)
     assert p.quantile(0.1) < p.quantile(0.9)
 
@@ -130,15 +131,15 @@ def test_at_a_fold_there_is_no_linear_estimate(monkeypatch: pytest.MonkeyPatch) 
 
 def test_limits_of_a_rod() -> None:
     spread = {"bending_stiffness": "3 %", "adhesion_strength": "3 % lognormal"}
-    found = po.uncertainty(ROD, spread, samples=16, workers=1)
+    found = po.uncertainty(FLAP, spread, samples=16, workers=1)
     assert list(found.quantities) == ["readhesion_pressure", "maxwell_length"]
     least, maxwell = found["readhesion_pressure"], found["maxwell_length"]
-    assert least.nominal == pytest.approx(po.readhesion_pressure(ROD).pressure, rel=1e-9)
+    assert least.nominal == pytest.approx(po.readhesion_pressure(FLAP).pressure, rel=1e-9)
     for i in (3, 20):
-        rod = po.Rod(*(float(found.samples[n][i]) for n in spread), ROD.adhesion_range)
+        rod = po.Rod(*(float(found.samples[n][i]) for n in spread), FLAP.adhesion_range)
         assert abs(least.values[i] - po.readhesion_pressure(rod).pressure) < least.error
         assert maxwell.values[i] == pytest.approx(rod.adhesion_range * po.maxwell_length(rod.ratio, "branch"))
-    assert least.error < 1e-7 * ROD.adhesion_strength
+    assert least.error < 1e-7 * FLAP.adhesion_strength
     assert least.linear_sd == pytest.approx(0.03 * least.nominal * math.hypot(0.48493, 1.48493), rel=1e-4)
     assert maxwell.linear_sd == pytest.approx(0.03 * maxwell.nominal * math.hypot(0.27938, 0.27938), rel=1e-4)
 
@@ -185,14 +186,14 @@ def test_a_mixed_sample_without_an_answer_is_said(monkeypatch: pytest.MonkeyPatc
         return values, np.full(len(values), "certified"), 0.0
 
     monkeypatch.setattr(propagation, "_answers", answers)
-    found = po.uncertainty(ROD, SPREAD, pressure=105e3, samples=4)["length"]
+    found = po.uncertainty(FLAP, SPREAD, pressure=105e3, samples=4)["length"]
     assert found.indices is None
     assert found.failed == 0.0
     assert "no Sobol indices: 1 of the samples mixed for them" in str(found)
 
 
 def test_a_spread_below_the_error_of_the_answers_is_said() -> None:
-    found = po.uncertainty(ROD, {"bending_stiffness": "1e-13 %"}, pressure=105e3, samples=2, workers=1)
+    found = po.uncertainty(FLAP, {"bending_stiffness": "1e-13 %"}, pressure=105e3, samples=2, workers=1)
     assert "errors of up to" in str(found["length"])
     assert "trust the linear estimate" in str(found["length"])
 
@@ -246,7 +247,7 @@ def test_interpolation_falls_back_to_single_calls() -> None:
 
 def test_samples_that_make_no_rod_are_failures() -> None:
     wide = {"bending_stiffness": stats.norm(2.3e-5, 2e-5)}
-    found = po.uncertainty(ROD, wide, pressure=105e3, samples=32, indices=False, workers=1)
+    found = po.uncertainty(FLAP, wide, pressure=105e3, samples=32, indices=False, workers=1)
     assert found["length"].reasons["invalid-input"] == (found.samples["bending_stiffness"] <= 0.0).sum() > 0
 
 
@@ -319,9 +320,9 @@ def test_what_is_no_spread_is_refused(given: Any) -> None:
 )
 def test_what_cannot_be_meant_is_refused(spread: Any, named: dict[str, Any], words: str) -> None:
     with pytest.raises(po.InvalidInput, match=words):
-        po.uncertainty(ROD, spread, **named)
+        po.uncertainty(FLAP, spread, **named)
     with pytest.raises(po.NoEquilibrium):
-        po.uncertainty(ROD, {"length": "1 %"}, length=1e-3)
+        po.uncertainty(FLAP, {"length": "1 %"}, length=1e-3)
 
 
 def test_picture_and_table(tmp_path: Path, smooth: po.Uncertainty) -> None:
@@ -338,7 +339,7 @@ def test_picture_and_table(tmp_path: Path, smooth: po.Uncertainty) -> None:
 
 def test_the_order_in_which_inputs_are_given_does_not_matter(smooth: po.Uncertainty) -> None:
     turned = dict(reversed(SPREAD.items()))
-    again = po.uncertainty(ROD, turned, pressure=105e3, samples=64, workers=1, indices=False)
+    again = po.uncertainty(FLAP, turned, pressure=105e3, samples=64, workers=1, indices=False)
     assert list(again.inputs) == list(SPREAD)
     assert (again["length"].values == smooth["length"].values).all()
 
