@@ -343,7 +343,7 @@ def refused(n: int) -> None:
         pytest.param(solved, 500, 10_000, marks=pytest.mark.slow),
         pytest.param(another_rod, 300, 1000, marks=pytest.mark.slow),
         pytest.param(traced, 100, 1000, marks=pytest.mark.slow),
-        pytest.param(by_ipopt, 100, 1000, marks=pytest.mark.slow),
+        pytest.param(by_ipopt, 400, 1000, marks=pytest.mark.slow),  # each question has a branch of its own
         pytest.param(refused, 500, 10_000, marks=pytest.mark.slow),
     ],
     ids=lambda value: getattr(value, "__name__", None),
