@@ -27,10 +27,12 @@ def snaps(rod: po.Rod, flaws: tuple[float, ...]) -> list[po.FlawLimit]:
     return found
 
 
-def main(out: Path | None = None, flaws: tuple[float, ...] = FLAWS) -> dict[str, list[po.FlawLimit]]:
+def main(
+    out: Path | None = None, flaws: tuple[float, ...] = FLAWS, cards: str = "*"
+) -> dict[str, list[po.FlawLimit]]:
     """Return the limits of each material; with ``out``, write a chart of each that has two there."""
     found = {}
-    for path in sorted(CARDS.glob("*.toml")):
+    for path in sorted(CARDS.glob(f"{cards}.toml")):
         card = load_any(path)
         rod = card.rod() if isinstance(card, Card) else None  # calibrations have no rod yet
         if rod is None or rod.dimensionless:
