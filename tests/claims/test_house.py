@@ -7,7 +7,7 @@ import dataclasses
 import inspect
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from graphlib import TopologicalSorter
@@ -45,8 +45,12 @@ class Module:
     def tree(self) -> ast.Module:
         return ast.parse(self.text)
 
+    @cached_property
+    def walked(self) -> list[ast.AST]:
+        return list(ast.walk(self.tree))
+
     def nodes(self, kind: type[ast.AST]) -> Iterator[ast.AST]:
-        return (node for node in ast.walk(self.tree) if isinstance(node, kind))
+        return (node for node in self.walked if isinstance(node, kind))
 
     def base(self, node: ast.ImportFrom) -> str:
         """Where a relative import points to, dotted."""
@@ -94,6 +98,8 @@ class Module:
         return found - {""}
 
 
+Rule = Callable[[Module], None]
+
 MODULES = [Module(path) for path in sorted(ROOT.rglob("*.py"))]
 INSIDE = [module for module in MODULES if module.name not in ("", "__main__")]
 
@@ -120,8 +126,23 @@ def described(text: str) -> set[str]:
     return found
 
 
-def each(modules: list[Module]) -> pytest.MarkDecorator:
-    return pytest.mark.parametrize("module", modules, ids=lambda module: module.name or "peel_opt")
+def each(modules: list[Module]) -> Callable[[Rule], Callable[[], None]]:
+    """Make one test of a rule for many modules; it names all that break it."""
+
+    def tested(rule: Rule) -> Callable[[], None]:
+        def test() -> None:
+            broken = {}
+            for module in modules:
+                try:
+                    rule(module)
+                except AssertionError as error:
+                    broken[module.name or "peel_opt"] = str(error)
+            assert modules
+            assert not broken
+
+        return test
+
+    return tested
 
 
 # --- who knows whom -------------------------------------------------------------------------
