@@ -338,7 +338,7 @@ def refused(n: int) -> None:
     ("repeat", "first", "then"),
     [
         (solved, 100, 400),
-        (refused, 50, 300),
+        (refused, 30, 100),
         (traced, 10, 30),
         pytest.param(solved, 500, 10_000, marks=pytest.mark.slow),
         pytest.param(another_rod, 300, 1000, marks=pytest.mark.slow),

@@ -414,7 +414,7 @@ def test_states_at_random_groups_are_those_of_the_independent_solver(seed: int) 
 def test_errors_of_equilibria_on_a_branch_are_those_at_their_groups(nodes: int) -> None:
     # The branch is near in the plane across it; what is reported is alpha1 at beta0 and lambda.
     branch = po.trace(beta0=4, lam=(-1, 3), transcription=po.Spectral(nodes), tol=1e-2, points=20)
-    for eq in branch:
+    for eq in branch[::2]:
         if abs(eq.alpha1) > 1e-6 and eq.error < 1e-3:  # off T and the fold
             exact = po.equilibrium(beta0=eq.beta0, lam=eq.lam, near=eq.alpha1, tol=1e-9)
             assert abs(exact.alpha1 - eq.alpha1) <= eq.error + exact.error
