@@ -32,3 +32,9 @@ def branch_of() -> Callable[..., po.Branch]:
         return walked[key]
 
     return branch
+
+
+@pytest.fixture(scope="session")
+def folds() -> po.FoldCurve:
+    """Return the curve of folds at fixed beta0, through its turn and its cusp."""
+    return po.fold_curve((0.1, 100.0))

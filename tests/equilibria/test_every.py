@@ -10,10 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 import peel_opt as po
-from peel_opt.continuation.edge_scan import scan
-from peel_opt.continuation.edge_shooting import EdgeShooting
-from peel_opt.model.bond import COHESIVE, LINEAR
-from peel_opt.model.law_arrays import tip_heights, traction_of
+from peel_opt.model.law_arrays import tip_heights
 
 Traction = Callable[[np.ndarray], np.ndarray]
 
@@ -150,28 +147,6 @@ def test_states_of_each_height_of_the_tip_are_found() -> None:
         assert any(eq.tip_height * 0.8 == pytest.approx(u, abs=1e-7) and eq.certified for eq in states)
 
 
-@pytest.mark.parametrize(
-    ("law", "P", "expected"),
-    [
-        ("linear", -1.0, [4.0]),
-        ("linear", 1.3, [-0.6]),
-        ("cohesive", 0.5, [1.0]),  # at the kink
-        ("cohesive", 0.2, [2.5]),
-        ("cohesive", 1.3, [-0.6]),
-        ("cohesive", 1.0, []),
-        ("cohesive", -0.1, []),
-    ],
-)
-def test_heights_of_the_tip_at_a_pressure(law: str, P: float, expected: list[float]) -> None:
-    assert tip_heights({"linear": LINEAR, "cohesive": COHESIVE}[law], P) == pytest.approx(expected, rel=1e-12)
-
-
-def test_tractions_of_arrays_are_those_of_numbers() -> None:
-    u = np.array([-0.1, 0.0, 0.2, 0.4, 0.7, 1.3, 5.0])
-    for law in (po.trapezoidal(0.4), po.exponential()):
-        assert traction_of(law, len(u))(u) == pytest.approx([law.traction(float(x)) for x in u], abs=1e-15)
-
-
 def test_two_states_at_almost_the_same_reaction_are_told_apart() -> None:
     # Both of them lay between two neighbouring reactions of a scan that looked at changes of sign alone.
     states = po.equilibria(po.Rod.from_ratio(14.232829314015301), pressure=0.6615219434124648)
@@ -180,17 +155,6 @@ def test_two_states_at_almost_the_same_reaction_are_told_apart() -> None:
         found = min(states, key=lambda eq: abs(eq.length_ratio - sigma))
         assert found.length_ratio == pytest.approx(sigma, abs=1e-8)
         assert found.tip_angle == pytest.approx(tip, abs=1e-7)
-
-
-def test_a_rod_that_stays_at_the_plate_ends_what_is_known() -> None:
-    # State follows state by a wave in the adhesive layer, and reactions agree to more and more digits.
-    found = scan(EdgeShooting(COHESIVE, 32.0, 0.25, tip_heights(COHESIVE, 0.25)[0], 35.0))
-    scalars = [start.scalars for start in found.starts]
-    held = sorted(s.sigma for s in scalars if abs(s.A - 0.0613) < 1e-3)
-    assert len(held) >= 5
-    assert np.diff(held) == pytest.approx(np.diff(held).mean(), abs=5e-3)
-    assert held[3] < found.reached < 20.0
-    assert min(abs(s.sigma - 9.2349634174) + abs(s.A - 4.2550988487) for s in scalars) < 1e-3
 
 
 def test_a_state_that_is_not_certified_ends_what_is_claimed() -> None:

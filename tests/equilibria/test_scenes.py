@@ -179,16 +179,6 @@ def test_what_cannot_be_meant_is_refused_by_name(make: Any, words: str) -> None:
         make()
 
 
-def test_the_gap_to_a_circle_is_exact_as_its_curvature_vanishes() -> None:
-    at = po.Place(0.0, 3.0, 0.0, -2.0, 0.3, 0.0)
-    for kw in (1e-12, -1e-12, 0.2, -0.2):
-        gap, nx, ny = po.Circle(kw).gap(at, {"curvature": kw})
-        centre = np.array([0.0, 1.0 / kw])
-        exact = (1.0 - abs(kw) * math.dist((-2.0, 0.3), centre)) / kw
-        assert gap == pytest.approx(exact, abs=1e-3 if abs(kw) < 1e-6 else 1e-13)
-        assert math.hypot(nx, ny) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("reading", [po.stability, po.sensitivities, po.Walk, po.control_table])
 def test_a_reading_that_does_not_cover_scenes_says_so(reading: Any) -> None:
     eq = po.solve(po.Scene(ROD, [po.Weight(0.02)]), free="length", pressure=0.8)

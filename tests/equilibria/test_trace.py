@@ -1,4 +1,4 @@
-"""Branches: the points, the special points, the curves through folds, and everything that exists."""
+"""Branches: the points, the special points, and where they end."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import itertools
 import math
 import pickle
 from collections.abc import Callable
-from itertools import islice, pairwise
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -20,7 +20,6 @@ from peel_opt.residual.arclength import chart
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.transcriptions import Shooting, Spectral
 
-from .. import oracle
 from ..registry import REFERENCES, Reference
 
 PI4 = math.pi**4
@@ -159,12 +158,12 @@ def test_no_step_size_makes_it_jump(largest: float) -> None:
 
 @pytest.mark.parametrize(("beta0", "points"), [(37.53, 64), (37.544, 64), (37.545, 32)])
 def test_no_corner_is_cut_where_two_branches_nearly_meet(
-    beta0: float, points: int, curve: po.FoldCurve
+    beta0: float, points: int, folds: po.FoldCurve
 ) -> None:
     br = po.trace(beta0=beta0, lam=(-97, 1), points=points)
-    folds = br.special("LP-lambda")
-    assert [p.lam for p in folds] == pytest.approx(
-        [curve.at(beta0)[0]], abs=1e-6
+    found = br.special("LP-lambda")
+    assert [p.lam for p in found] == pytest.approx(
+        [folds.at(beta0)[0]], abs=1e-6
     )  # not those of the other one
     assert br.state[-1] == "lower"
     assert br.alpha1[-1] == pytest.approx(-25.84, abs=0.02)
@@ -303,111 +302,7 @@ def test_traces_that_cannot_be_meant(arguments: dict) -> None:
         po.trace(**arguments)
 
 
-# --- folds as a curve and as an optimum --------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def curve() -> po.FoldCurve:
-    return po.fold_curve((0.1, 100.0))
-
-
-def test_fold_curve_has_its_turn_and_its_cusp(curve: po.FoldCurve) -> None:
-    turn, cusp = curve.special_points
-    assert (turn.kind, cusp.kind) == ("turn", "cusp")
-    assert turn.beta0 == pytest.approx(37.546, abs=1e-3)
-    assert cusp.beta0 == pytest.approx(36.115, abs=1e-3)
-    assert curve.ratio[turn.index] == pytest.approx(0.40133, abs=1e-5)
-    assert curve.ratio[cusp.index] == pytest.approx(0.32105, abs=1e-5)
-    assert curve.beta0[[0, -1]] == pytest.approx([0.1, 100.0], abs=1e-9)
-    assert curve.error.max() < 1e-10
-
-
-@pytest.mark.parametrize(
-    ("beta0", "count"), [(4.0, 1), (36.0, 1), (36.5, 3), (37.5, 3), (38.0, 1), (80.0, 1)]
-)
-def test_folds_at_one_beta0(curve: po.FoldCurve, beta0: float, count: int) -> None:
-    assert len(curve.at(beta0)) == count
-
-
-def test_fold_curve_meets_the_folds_of_branches_and_rods(curve: po.FoldCurve, rod_1: po.Branch) -> None:
-    assert curve.at(2.0)[0] == pytest.approx(-0.067107064982, abs=1e-11)
-    assert curve.at(4.0)[0] == pytest.approx(-0.26900108827, abs=1e-10)
-    fold = rod_1.special("LP-length")[0]
-    assert np.abs(curve.at(fold.beta0) - fold.lam).min() < 1e-8
-
-
-@pytest.mark.parametrize("beta0", [0.5, 4.0, 20.0, 35.0])
-def test_a_fold_is_the_least_lambda(curve: po.FoldCurve, beta0: float) -> None:
-    least = po.least_lambda(beta0)
-    assert least.lam == pytest.approx(curve.at(beta0)[0], abs=1e-8)
-
-
-def test_above_the_turn_there_is_no_least_lambda() -> None:
-    with pytest.raises(po.NoEquilibrium, match="no fold"):
-        po.least_lambda(45.0)
-
-
-@pytest.mark.parametrize("span", [(40.0, 50.0), (5.0, 1.0), (0.0, 10.0), (1.0, math.inf)])
-def test_fold_curve_ranges_that_cannot_be_meant(span: tuple[float, float]) -> None:
-    with pytest.raises(po.InvalidInput):
-        po.fold_curve(span)
-
-
-# --- everything that exists --------------------------------------------------------------------
-
-
-def test_six_states_at_the_groups_of_fig_10a() -> None:
-    found = po.equilibria(beta0=53.16, beta1=113.1)
-    alphas = [eq.alpha for eq in found]
-    assert len(found) >= 6
-    assert all(eq.certified for eq in found)
-    assert alphas == sorted(alphas)
-    assert min(abs(a - 14.864604605976) for a in alphas) < 1e-8
-    assert [eq.state for eq in found].count("lower") == 1
-    assert min(abs(a - b) for a, b in pairwise(alphas)) > 1e-3
-
-
-@pytest.mark.slow
-def test_more_than_a_dozen_states_at_the_groups_of_fig_10b() -> None:
-    found = po.equilibria(beta0=1001.6, beta1=5670.6)
-    assert len(found) > 12
-    assert min(abs(eq.alpha - 298.432164675117) for eq in found) < 1e-6
-    # Of the identity p y_tip = Phi(y_tip) both factors: tips that hang free and tips held to the plate.
-    held = [eq for eq in found if "tip on plate" in eq.flags]
-    for alpha1 in (-1428.167359, -781.200207, 722.165499, 864.647385):
-        assert min(abs(eq.alpha1 - alpha1) for eq in held) < 1e-5
-    assert all(eq.certified for eq in found)
-
-
-def test_all_states_of_a_rod_at_a_length() -> None:
-    found = po.equilibria(po.Rod.from_ratio(1.0), length=5.5)
-    labels = [eq.state for eq in found]
-    assert labels[:2] == ["folded", "folded"]
-    assert [eq.pressure_ratio for eq in found[:2]] == pytest.approx([0.122886, 0.174898], abs=1e-6)
-
-
-def test_all_states_of_a_rod_at_a_pressure() -> None:
-    found = po.equilibria(po.Rod.from_ratio(0.05), pressure=0.97)
-    physical = [eq for eq in found if eq.valid]
-    assert sorted(eq.state for eq in physical) == ["folded", "middle"]
-
-
-def test_order_and_number_of_states_are_stable() -> None:
-    first, second = (po.equilibria(beta0=20.0, lam=2.0) for _ in range(2))
-    assert [eq.alpha1 for eq in first] == [eq.alpha1 for eq in second]
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_states_at_random_groups_are_those_of_the_independent_solver(seed: int) -> None:
-    rng = np.random.default_rng(100 + seed)
-    beta0, lam = float(rng.uniform(1.0, 60.0)), float(rng.uniform(0.5, 60.0))
-    found = po.equilibria(beta0=beta0, lam=lam)
-    assert any(eq.state in ("lower", "middle") for eq in found)
-    for eq in found:
-        if "tip on plate" in eq.flags:
-            continue  # the oracle ties the tip's height to the pressure
-        again = oracle.given_groups(beta0, lam, guess=(eq.alpha1, eq.tip_angle))
-        assert again.alpha1 == pytest.approx(eq.alpha1, abs=1e-6 * (1.0 + abs(eq.alpha1)))
+# --- errors, flags and labels along a branch ---------------------------------------------------
 
 
 @pytest.mark.parametrize("nodes", [5, 6, 8])
@@ -465,47 +360,10 @@ def test_a_walk_keeps_the_law_that_was_solved_with() -> None:
             po.follow(eq, hold="ratio", **wrong)
 
 
-def test_a_state_of_the_branch_that_is_not_certified_is_listed() -> None:
-    found = po.equilibria(po.Rod.from_ratio(24.487), pressure=0.0037115, tol=1e-12)
-    assert [eq.state for eq in found if eq.state in ("lower", "folded")]
-    assert not any(eq.certified for eq in found if eq.error > 1e-12)
-
-
 def test_points_are_read_back_of_every_transcription() -> None:
     for mesh in (po.Collocation(), po.Shooting(), po.Spectral(np.int64(16))):
         branch = po.trace(beta0=4, lam=(-1, 1), points=10, transcription=mesh, tol=1e-5)
         assert branch[3].certificate < 1e-5
-
-
-def test_a_fold_curve_holds_both_its_ends() -> None:
-    curve = po.fold_curve((1, 50))
-    assert len(curve.at(1.0)) == 1
-    assert len(curve.at(50.0)) >= 1
-    with pytest.raises(po.InvalidInput, match="not on this curve"):
-        curve.at(51.0)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {},
-        {"beta0": 4.0},
-        {"beta0": 0.0, "lam": 1.0},
-        {"beta0": 4.0, "lam": 1.0, "beta1": 2.0},
-        {"beta0": 4.0, "lam": 1.0, "pressure": 0.5},
-        {"beta0": 4.0, "pressure": 0.5},
-        {"pressure": 0.5},
-        {"rod": po.Rod.from_ratio(1.0)},
-        {"rod": po.Rod.from_ratio(1.0), "lam": 1.0},
-        {"rod": po.Rod.from_ratio(1.0), "pressure": 0.5, "length": 3.0},
-        {"rod": po.Rod.from_ratio(1.0), "beta0": 4.0, "lam": 1.0},
-        {"rod": po.Rod.from_ratio(1.0), "pressure": 0.5, "law": "linaer"},
-        {"rod": 1.0, "pressure": 0.5},
-    ],
-)
-def test_searches_that_cannot_be_meant(arguments: dict) -> None:
-    with pytest.raises(po.InvalidInput):
-        po.equilibria(**arguments)
 
 
 @pytest.mark.parametrize("ratio", [0.32107, 0.322, 0.3235])
