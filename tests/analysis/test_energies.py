@@ -1,4 +1,7 @@
-"""Energies along a branch: the balance, the path-dependent area, and held lengths."""
+"""Energies along a branch: the balance, the path-dependent area, and held lengths.
+
+Modules: `energies`, `flaws`.
+"""
 
 from __future__ import annotations
 

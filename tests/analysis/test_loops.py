@@ -1,4 +1,7 @@
-"""Loops: states are solved for, jumps are where they should be, areas are those of the forms."""
+"""Loops: states are solved for, jumps are where they should be, areas are those of the forms.
+
+Modules: `loops`, `hysteresis`, `lambda_loop`, `pressure_loop`.
+"""
 
 from __future__ import annotations
 

@@ -1,3 +1,8 @@
+"""The normal form: its coefficients, fits and potentials.
+
+Modules: `normal_form`, `normal_form_fit`, `form_potentials`, `branch_potential`, `potential`, `curve_pieces`.
+"""
+
 import itertools
 import math
 import pickle

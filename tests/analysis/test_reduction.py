@@ -1,3 +1,8 @@
+"""The Lyapunov-Schmidt reduction of the paper.
+
+Modules: `reduction`, `reduced_diagram`, `linear_operator`, `nonlinear_part`.
+"""
+
 import math
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""Derivatives against differences: of the independent oracle in 30 digits, and of the calls themselves."""
+"""Derivatives against differences: of the independent oracle in 30 digits, and of the calls themselves.
+
+Modules: `sensitivities`, `surface`, `limits`, `maxwell_derivative`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Stability: exact values at T, a second discretisation, and where it changes along branches."""
+"""Stability: exact values at T, a second discretisation, and where it changes along branches.
+
+Modules: `stability`, `stability_along`.
+"""
 
 from __future__ import annotations
 

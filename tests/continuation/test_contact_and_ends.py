@@ -1,4 +1,7 @@
-"""Where branches begin and end: at T, at the contact, at a window; and what a walk does there."""
+"""Where branches begin and end: at T, at the contact, at a window; and what a walk does there.
+
+Modules: `primary`, `ends`, `special`, `landing`, `family`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Batches: what the single calls say, whatever stands beside, and every failure its own reason."""
+"""Batches: what the single calls say, whatever stands beside, and every failure its own reason.
+
+Modules: `answers`, `batches`.
+"""
 
 from importlib import import_module
 

@@ -1,4 +1,7 @@
-"""Calls that take a rod take a scene: as `solve` answers, and as the rod where it is the paper's."""
+"""Calls that take a rod take a scene: as `solve` answers, and as the rod where it is the paper's.
+
+Modules: `scene_question`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Every state at a given pressure, against a brute search that shares no code with the package."""
+"""Every state at a given pressure, against a brute search that shares no code with the package.
+
+Modules: `every`, `states`.
+"""
 
 from __future__ import annotations
 

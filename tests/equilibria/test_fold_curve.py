@@ -1,4 +1,7 @@
-"""Folds at fixed beta0 as a curve, with its turn and its cusp, and as an optimum."""
+"""Folds at fixed beta0 as a curve, with its turn and its cusp, and as an optimum.
+
+Modules: `fold_curve`, `fold_optimum`.
+"""
 
 from __future__ import annotations
 

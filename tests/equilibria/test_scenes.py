@@ -1,4 +1,7 @@
-"""Scenes: known states of each family, both ways round, and what is refused."""
+"""Scenes: known states of each family, both ways round, and what is refused.
+
+Modules: `scenes`, `scene_trace`.
+"""
 
 from __future__ import annotations
 
@@ -155,26 +158,13 @@ def test_a_load_of_the_readers_own() -> None:
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: po.Scene("rod"), "rod"),
-        (lambda: po.Scene(ROD, [po.Weight(0.1), po.Weight(0.2)]), "one load of a kind"),
-        (lambda: po.Scene(ROD, ["weight"]), "a load cannot be"),
-        (lambda: po.Scene(ROD, wall="flat"), "wall of a scene"),
-        (lambda: po.Scene(ROD, law="glue"), "law of a scene"),
-        (lambda: po.Scene(ROD, unbonded=-1.0), "zero or positive"),
-        (lambda: po.Scene(ROD, natural_curvature=math.nan), "finite"),
-        (lambda: po.Scene(ROD, wall=po.Circle(0.1), law=po.ShearSprings(1.0)), "flat wall"),
-        (po.SkinFriction, "one of traction= and share="),
-        (lambda: po.Pressure(dead=1.5), "between 0 and 1"),
-        (lambda: po.Pressure(profile=3), "profile must be"),
-        (lambda: po.profiles.linear(-1.0), "above -1"),
-        (lambda: po.profiles.mixed(2.0), "between 0 and 1"),
         (lambda: po.solve(po.Scene(ROD), free="force", length=3.0), "no number of this scene"),
         (lambda: po.solve(po.Scene(ROD), free="length", pressure=0.5, length=3.0), "cannot be given"),
         (lambda: po.solve(po.Scene(ROD), free="pressure"), "must be given"),
         (lambda: po.solve(ROD, free="pressure", length=3.0), "must be a Scene"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_by_name(make: Any, words: str) -> None:
+def test_what_cannot_be_asked_of_a_scene_is_refused_by_name(make: Any, words: str) -> None:
     with pytest.raises(po.InvalidInput, match=words):
         make()
 

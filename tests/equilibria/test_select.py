@@ -1,4 +1,7 @@
-"""The choice between states along branches that are walked for a while only."""
+"""The choice between states along branches that are walked for a while only.
+
+Modules: `select`, and of the walks it asks for `isobars`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Branches: the points, the special points, and where they end."""
+"""Branches: the points, the special points, and where they end.
+
+Modules: `trace`, `branch`, `branch_points`, `assembly`, `follow`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Laws: traction and work agree, tip heights answer the pressure asked, bad laws are refused."""
+"""Laws: traction and work agree, tip heights answer the pressure asked, bad laws are refused.
+
+Modules: `bond`, `named_laws`, `law_checks`, `law_samples`.
+"""
 
 from __future__ import annotations
 

@@ -1,3 +1,8 @@
+"""The linear hierarchy and the series of uniform rods.
+
+Modules: `hierarchy`, `series`, `series_curve`.
+"""
+
 import math
 
 import numpy as np

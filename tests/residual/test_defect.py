@@ -1,4 +1,7 @@
-"""The equations of every scene, by an independent integration of states that others have found."""
+"""The equations of every scene, by an independent integration of states that others have found.
+
+Modules: `defect`, `scene_certificate`, `scene_phases`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The discretisations: orders as theory says, profiles that carry over, the NLP by itself."""
+"""The discretisations: orders as theory says, profiles that carry over, the NLP by itself.
+
+Modules: `transcriptions`, `shooting`, `spectral`, `spectral_fields`, `discretisation`, `compiled`,
+`programme`.
+"""
 
 from __future__ import annotations
 

@@ -1,0 +1,50 @@
+"""Scenes and their parts; their states are in the tests of `equilibria`.
+
+Modules: `scene`, `loads`, `profiles`, `walls`, `tips`, `mixed_bonds`, `place`, `stretch`, `dimension`,
+`blister`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+
+ROD = po.Rod.from_ratio(1.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: po.Scene("rod"), "rod"),
+        (lambda: po.Scene(ROD, [po.Weight(0.1), po.Weight(0.2)]), "one load of a kind"),
+        (lambda: po.Scene(ROD, ["weight"]), "a load cannot be"),
+        (lambda: po.Scene(ROD, wall="flat"), "wall of a scene"),
+        (lambda: po.Scene(ROD, law="glue"), "law of a scene"),
+        (lambda: po.Scene(ROD, unbonded=-1.0), "zero or positive"),
+        (lambda: po.Scene(ROD, natural_curvature=math.nan), "finite"),
+        (lambda: po.Scene(ROD, wall=po.Circle(0.1), law=po.ShearSprings(1.0)), "flat wall"),
+        (po.SkinFriction, "one of traction= and share="),
+        (lambda: po.Pressure(dead=1.5), "between 0 and 1"),
+        (lambda: po.Pressure(profile=3), "profile must be"),
+        (lambda: po.profiles.linear(-1.0), "above -1"),
+        (lambda: po.profiles.mixed(2.0), "between 0 and 1"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_by_name(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(po.InvalidInput, match=words):
+        make()
+
+
+def test_the_gap_to_a_circle_is_exact_as_its_curvature_vanishes() -> None:
+    at = po.Place(0.0, 3.0, 0.0, -2.0, 0.3, 0.0)
+    for kw in (1e-12, -1e-12, 0.2, -0.2):
+        gap, nx, ny = po.Circle(kw).gap(at, {"curvature": kw})
+        centre = np.array([0.0, 1.0 / kw])
+        exact = (1.0 - abs(kw) * math.dist((-2.0, 0.3), centre)) / kw
+        assert gap == pytest.approx(exact, abs=1e-3 if abs(kw) < 1e-6 else 1e-13)
+        assert math.hypot(nx, ny) == pytest.approx(1.0)
