@@ -23,6 +23,12 @@ from ..residual.meshes import SNAPS
 from ..residual.scene_spectral import SceneSpectral
 from ..residual.spectral import Spectral
 
+#: Tip angle [rad] just short of 4 pi/3, at which the tip of a flap without glue comes down to its wall.
+TOUCHING = 4.188
+
+#: Largest error of p/T0 or a/eta that is returned.
+LARGEST = 1e-8
+
 #: What rounding leaves of a located snap.
 ROUNDING = 1e-14
 
@@ -173,7 +179,7 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
     NotConverged
         If the walk did not come far enough to know.
     """
-    if (found := branch.snap) is not None:
+    if (found := branch.snap) is not None and found.point.scalars.A < TOUCHING:
         if found.status != "located":
             raise NotConverged(
                 "the snap could only be bracketed.", remedy="Give a slightly different edge or pressure."
@@ -187,10 +193,13 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
             f"no snap was met as far as the edge could be followed ({reached}).",
             remedy="Give a shorter edge, or a higher pressure.",
         )
-    highest = min(1.0, max(p.scalars.pressure_ratio for p in branch.points))
+    touch = branch.family.solve(branch.points[-1].profile, Closure("amplitude", TOUCHING))
+    above = [p.scalars.pressure_ratio for p in branch.points if p.scalars.A < TOUCHING]
+    above += [touch[0].scalars(touch[1].x).pressure_ratio] if touch else []
+    highest = min(1.0, max(above))
     where = "where the bond itself fails" if highest == 1.0 else "where its tip comes back to the plate"
     raise NoEquilibrium(
-        f"the edge does not snap: it grows stably up to p = {rod.pressure(highest):.6g}"
+        f"the edge does not snap: it grows stably up to about p = {rod.pressure(highest):.6g}"
         f" (p/T0 = {highest:.6g}), {where}.",
         nearest=rod.pressure(highest),
     )
@@ -198,6 +207,11 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
 
 def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
     s = found[-1].point.scalars
+    error = abs(answers[1] - answers[0]) + ROUNDING
+    if error > LARGEST:
+        raise NotConverged(
+            f"two meshes differ by {error:.1e} about this snap.", remedy="Give a slightly different edge."
+        )
     return FlawLimit(
         pressure=rod.pressure(s.pressure_ratio),
         flaw=rod.length(flaw),
@@ -205,5 +219,5 @@ def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) ->
         tip_angle=-s.A,
         pressure_ratio=s.pressure_ratio,
         flaw_ratio=flaw,
-        error=abs(answers[1] - answers[0]) + ROUNDING,
+        error=error,
     )

@@ -34,7 +34,10 @@ ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 SHORTEST = 1e-3
 
 #: Detached length over eta below which a state counts as vanished.
-SHORT = 0.02
+SHORT = 1e-6
+
+#: Height of a tip, as a share of the largest, below which its least one is that of a touch.
+NEAR = 0.02
 
 #: Least amplitude to which a branch is followed, by which the equations are divided: towards T, where
 #: rounding in a tangent goes with its inverse square, and towards a rest, where the loads vanish with it.
@@ -63,6 +66,9 @@ STILL = 1e-7
 
 #: Direction in which the tip turns further, away from rest.
 FORWARD = np.array([1.0, 0.0, 0.0, 0.0])
+
+#: Points over which a branch shows whether it rises: at the first alone its tangent may be rounding.
+BEGINNING = 3
 
 #: Points of a branch after which it is given up, in each direction.
 LONGEST = 200
@@ -96,6 +102,12 @@ class SceneFamily(Family):
         """The number of the scene that varies along the branch, where the pressure is held."""
         assert isinstance(self.transcription, SceneSpectral)
         return self.transcription.free
+
+    def loading(self, point: Point) -> float:
+        """What loads the rod at a point: p/T0, or the number left free."""
+        if self.free is None:
+            return float(point.scalars.pressure_ratio)
+        return float(point.x[point.problem.extra][-1])
 
     def loading_rate(self, point: Point) -> float:
         """Derivative along the branch of what loads the rod: the pressure, or the number left free."""
@@ -151,7 +163,7 @@ class SceneBranch:
         Why the walk ended before its first and after its last point: "T", where the rod lies on its
         wall; "rest", where it comes to rest on its wall or its pressure vanishes; "below", where it would
         have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "long",
-        "suction", "unbounded", "stalled" or "limit".
+        "touched", "suction", "unbounded", "stalled" or "limit".
     """
 
     family: SceneFamily
@@ -160,9 +172,12 @@ class SceneBranch:
     ends: tuple[str, str]
 
     @cached_property
-    def _rises(self) -> bool:
+    def rises(self) -> bool:
         """Whether the branch goes on from the attached rod, and what loads it rises along it at first."""
-        return self.ends[0] != "T" and self.family.loading_rate(self.points[0]) > 0.0
+        if self.ends[0] == "T" or len(self.points) < BEGINNING:
+            return False
+        first, later = (self.family.loading(self.points[i]) for i in (0, BEGINNING - 1))
+        return later > first
 
     @cached_property
     def _turns(self) -> list[float]:
@@ -174,7 +189,7 @@ class SceneBranch:
     def snap(self) -> Located | None:
         """The maximum of what loads a rod that is lifted from its rest; None where there is none."""
         kind = self.family.monitors[0][0]
-        return next((f for f in self.folds if f.kind == kind), None) if self._rises else None
+        return next((f for f in self.folds if f.kind == kind), None) if self.rises else None
 
     def state_at(self, arclength: float) -> str:
         """Label of a place on the branch.
@@ -183,7 +198,7 @@ class SceneBranch:
         there, or from T: "middle" until the first fold in length, "lower" until the minimum pressure,
         "folded" after it.  Where another number than the pressure varies, what is not lifted is "other".
         """
-        snap = self._turns[0] if self._rises and self._turns else math.inf if self._rises else -math.inf
+        snap = self._turns[0] if self.rises and self._turns else math.inf if self.rises else -math.inf
         if arclength < snap:
             return "lifted"
         if self.family.free is not None:
@@ -278,9 +293,8 @@ def _walked(family: SceneFamily, start: Point) -> SceneBranch:
 
 def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
     """Find the folds between two neighbours; what stands still but for rounding has none."""
-    if min(p.scalars.A for p in pair) < 2.0 * _least_angle(
-        family
-    ):  # where rounding in a tangent goes with 1/A^2
+    # Rounding in a tangent goes with 1/A^2.
+    if min(p.scalars.A for p in pair) < 2.0 * _least_angle(family):
         return []
     moving = [m for m in family.monitors if max(abs(m[1](p)) for p in pair) > STILL]
     return locate(family, pair, tuple(moving))
@@ -300,11 +314,29 @@ def _walk(
         points.append(point)
         if end := ends(family, point):
             return points, end
-        if s.A * np.abs(point.profile.values[:, :, 0]).max() > ROLLED:
-            return points, "rolled up"
-        if len(points) > LONGEST:
-            return points, "limit"
+        if _touched(points):
+            return points[:-1], "touched"
+        if s.A * np.abs(point.profile.values[:, :, 0]).max() > ROLLED or len(points) > LONGEST:
+            return points, "limit" if len(points) > LONGEST else "rolled up"
     return points, "stalled"
+
+
+def _touched(points: list[Point]) -> bool:
+    """Whether the tip of a folded rod has come down to its wall and gone up again.
+
+    The identity keeps it from going through: its height touches zero and changes no sign, and what a
+    walk finds beyond is no state of a rod on a wall.
+    """
+    if len(points) < 3 or math.pi > points[-1].scalars.A:
+        return False
+    before, least, after = (_relative_height(p) for p in points[-3:])
+    return least < NEAR and least < before and least < after
+
+
+def _relative_height(point: Point) -> float:
+    """Height of the tip as a share of the largest."""
+    heights = point.profile.values[:, :, 4]
+    return float(abs(heights[0, 0]) / np.abs(heights).max())
 
 
 def _least_angle(family: SceneFamily) -> float:

@@ -22,6 +22,9 @@ from .assembly import WalkedSide, columns_of, special_points_of
 from .branch import Branch
 from .scenes import solve
 
+#: Least amplitude of a point: in those beside a rest rounding hides what a mesh does.
+LEAST = 1e-5
+
 
 @dataclass(frozen=True, eq=False)
 class SceneTrace(Branch):
@@ -82,15 +85,17 @@ def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object])
 
 def _filled(walked: SceneBranch, points: int) -> list[Point]:
     """Return the points of a branch with others between them."""
-    span = walked.points[-1].arclength - walked.points[0].arclength
-    return filled(walked.family, walked.points, span / (points - 1))
+    seen = [p for p in walked.points if p.scalars.A >= LEAST]
+    span = seen[-1].arclength - seen[0].arclength
+    return filled(walked.family, seen, span / (points - 1))
 
 
 def _assembled(
     walked: SceneBranch, along: list[Point], errors: np.ndarray, options: dict[str, Any]
 ) -> Branch:
     family = walked.family
-    specials = [*walked.folds, *locate(family, along, EVENTS)]
+    folds = [f for f in walked.folds if f.point.scalars.A >= LEAST]
+    specials = [*folds, *locate(family, along, EVENTS)]
     known = {id(p) for p in along}
     added = [s.point for s in specials if id(s.point) not in known]
     every = sorted([*along, *added], key=lambda p: p.arclength)

@@ -56,7 +56,7 @@ MOST_REFINEMENTS = 5
 DEFAULT = ("lifted", "unfolded")
 
 #: Ends of a branch beyond which it may go on.
-GIVEN_UP = {"stalled", "limit", "long", "suction", "unbounded"}
+GIVEN_UP = {"touched", "stalled", "limit", "long", "suction", "unbounded"}
 
 #: Height as a share of the largest below which a rod is in its wall.
 HEIGHT_NOISE = 1e-9
@@ -223,7 +223,10 @@ def _chosen(
     found = [c for branch in branches for c in branch.candidates(question.target)]
     meant = [c for c in found if state is None or fits(c.state, state)]
     if near is None:
-        meant = _by_default(meant, state)
+        meant = _by_default(meant, state, question)
+    meant = [c for c in meant if _is_inside(question, c)]
+    if state in (None, "lifted") and near is None and not any(c.state == "lifted" for c in meant):
+        _require_no_smaller(question, branches)
     if not meant:
         raise _nothing(question, branches, state, [c.state for c in found])
     landed: list[tuple[str, SceneProfile, float]] = []
@@ -254,14 +257,56 @@ def _chosen(
     return landed[0][0], landed[0][1]
 
 
-def _by_default(candidates: list[Candidate], state: str | None) -> list[Candidate]:
+def _by_default(candidates: list[Candidate], state: str | None, question: SceneQuestion) -> list[Candidate]:
     """Of all candidates, those that a question without state= means; where another number is free, all."""
-    if state is not None or all(c.state == "other" for c in candidates):
+    if state is not None or question.number is not None:
         return candidates
     for wanted in DEFAULT:
         if named := [c for c in candidates if fits(c.state, wanted)]:
             return [min(named, key=lambda c: c.estimate(lambda s: s.alpha1))]
     return []
+
+
+#: Between which values numbers of a scene have a meaning; all others have one anywhere.
+DOMAINS = {
+    "dead": (0.0, 1.0),
+    "mix": (0.0, 1.0),
+    "gradient": (-1.0, math.inf),
+    "tilt": (-math.pi, math.pi),
+    "angle": (-math.pi, math.pi),
+    **dict.fromkeys(
+        ("decay", "layer", "until", "unbonded", "line_energy", "zeta", "shear_stiffness", "slack"),
+        (0.0, math.inf),
+    ),
+}
+
+
+def _is_inside(question: SceneQuestion, candidate: Candidate) -> bool:
+    """Whether the free number of a state has a meaning, as far as its neighbours tell."""
+    if question.number not in DOMAINS:
+        return True
+    low, high = DOMAINS[question.number]
+    found = [point.problem.found(point.x)[question.number] for point in (candidate.here, candidate.there)]  # type: ignore[attr-defined]
+    return bool(max(found) >= low and min(found) <= high)
+
+
+def _require_no_smaller(question: SceneQuestion, branches: Sequence[SceneBranch]) -> None:
+    """Raise where a lifted state may be smaller than those that a branch was followed to.
+
+    Raises
+    ------
+    NotConverged
+    """
+    if question.number is not None or not question.scene.lifts:
+        return
+    read = READS[question.target.kind]
+    for branch in branches:
+        if branch.points and 0.0 < question.target.value < read(branch.points[0].scalars):
+            raise NotConverged(
+                f"{question.words}: the lifted state is smaller than those that were followed"
+                f" (tip angle below {branch.points[0].scalars.A:.1e} rad).",
+                remedy="Ask for one of the states beyond the snap with state=, or for a larger one.",
+            )
 
 
 def _nothing(
@@ -271,13 +316,28 @@ def _nothing(
     wanted = f"{state or 'lifted or unfolded'} equilibrium"
     there = f" States that do exist there: {', '.join(others)}." if others else ""
     points = [p for branch in branches for p in branch.points]
-    if "T" in {branch.ends[0] for branch in branches} and _beside_the_transition(question, branches):
+    if (
+        points
+        and "T" in {branch.ends[0] for branch in branches}
+        and _beside_the_transition(question, branches)
+    ):
         return NotConverged(
             f"{question.words}: nearer to the transition than states of a scene are followed.",
             remedy="Give a number further from it.",
         )
+    if not points:
+        return NotConverged(
+            f"{question.words}: no state of the scene could be followed.",
+            remedy="Check the units of its numbers.",
+        )
     read = READS[question.target.kind]
-    values = [read(p.scalars) for p in points]
+    known = state is None or state == "other"
+    values = [
+        read(p.scalars)
+        for branch in branches
+        for p in branch.points
+        if known or fits(branch.state_at(p.arclength), state)
+    ] or [read(p.scalars) for p in points]
     nearest = min(values, key=lambda v: abs(v - question.target.value))
     unit = COMMON[question.target.kind].size(question.scene.rod)
     best = f" The nearest that it has: {question.target.kind} = {nearest * unit:.8g}."

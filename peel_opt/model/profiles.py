@@ -6,6 +6,7 @@ detached length, `exponential` is fixed to the material, and a function of ``pla
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -182,8 +183,25 @@ def as_profile(profile: object) -> Distribution | None:
     if profile is None or isinstance(profile, Distribution):
         return profile
     if callable(profile):
-        return Given(profile)
+        return Given(_checked(profile))
     raise InvalidInput(
         f"profile must be one of peel_opt.profiles or a function of a place, got {profile!r:.60}.",
         remedy="Try po.profiles.linear(0.1), or lambda place: 1 + 0.1 * place.xi.",
     )
+
+
+def _checked(function: Callable[[Place], Any]) -> Callable[[Place], Any]:
+    """Return a function of a place if CasADi can take it, or say what is wrong with it."""
+    symbols = Place(*(ca.SX.sym(name) for name in ("s", "sbar", "theta", "x", "y", "slip")))
+    numbers = Place(0.5, 1.0, -0.1, -0.5, 0.05, 0.0)
+    try:
+        expression, value = function(symbols), function(numbers)
+        is_number = isinstance(expression, ca.SX | int | float) and math.isfinite(float(value))
+    except Exception as error:
+        raise InvalidInput(
+            f"the profile cannot be evaluated: {error!r:.120}.",
+            remedy="It is called with CasADi expressions: write casadi.exp, casadi.if_else and the like.",
+        ) from error
+    if not is_number:
+        raise InvalidInput(f"a profile must return one finite number, got {expression!r:.60}.")
+    return function

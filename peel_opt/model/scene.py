@@ -11,6 +11,7 @@ The front is where (theta' - kw)^2 / 2 = G0: neither natural curvature nor any l
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -139,6 +140,14 @@ class Scene:
             return loads and self.tip.slack is None
         tip = isinstance(self.tip, TipLoad) and self.tip.keeps_flat
         return loads and tip and self.imposed_curvature == 0.0
+
+    @property
+    def lifts(self) -> bool:
+        """Whether something lifts the tip without any pressure, so that a lifted branch begins at p = 0."""
+        q = self.numbers
+        pulled = q.get("force", 0.0) * math.sin(q.get("angle", 0.0)) > 0.0
+        curled = self.imposed_curvature
+        return bool(self.unbonded) or curled > 0.0 or (pulled and curled == 0.0)
 
     @property
     def imposed_curvature(self) -> float:

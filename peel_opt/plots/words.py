@@ -115,7 +115,7 @@ def title(eq: Equilibrium) -> str:
 def trust(eq: Equilibrium) -> str:
     """Return the error of the answered number, and whether it is certified."""
     verdict = "certified" if eq.certified else "not certified"
-    return f"{ANSWERS[eq.answered]} {verdict}, error {_power(eq.error)}"
+    return f"{ANSWERS.get(eq.answered, eq.answered.replace('_', ' '))} {verdict}, error {_power(eq.error)}"
 
 
 def _power(value: float) -> str:

@@ -59,3 +59,17 @@ def test_a_real_flap_in_its_own_units() -> None:
     flaw = po.critical_flaw(rod, 60e3)
     assert po.safe_pressure(rod, flaw.flaw).pressure == pytest.approx(60e3, rel=1e-9)
     assert flaw.flaw < 0.5 * po.held_length(rod, 60e3).length
+
+
+@pytest.mark.parametrize(("r", "a"), [(1.0, 30.0), (10.0, 30.0), (100.0, 100.0)])
+def test_no_snap_is_found_beyond_the_touch_of_the_tip(r: float, a: float) -> None:
+    """The tip comes down at p a^3/k = 114.6, and touches without going through."""
+    with pytest.raises(po.NoEquilibrium, match="tip comes back") as found:
+        po.safe_pressure(po.Rod.from_ratio(r), a)
+    assert 60.0 < found.value.nearest * a**3 < 115.0
+
+
+def test_the_shortest_edges_snap_just_below_the_strength() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    safe = [po.safe_pressure(rod, a).pressure_ratio for a in (3e-7, 1e-6, 2e-6)]
+    assert 1.0 > safe[0] > safe[1] > safe[2] > 0.995

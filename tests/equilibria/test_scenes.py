@@ -221,3 +221,46 @@ def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:
     assert read.length == eq.length
     with pytest.raises(po.InvalidInput, match="paper's scene"):
         po.stability(read)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        po.Scene(ROD, unbonded=1e-6),
+        po.Scene(ROD, unbonded=1e-3),
+        po.Scene(ROD, tip=po.TipLoad(moment=-1e-8)),
+        po.Scene(ROD, natural_curvature=1e-8),
+    ],
+    ids=["edge", "longer edge", "moment", "curvature"],
+)
+def test_a_lifted_state_too_small_to_follow_is_not_replaced_by_one_beyond_the_snap(scene: po.Scene) -> None:
+    with pytest.raises(po.NotConverged, match="smaller than those"):
+        po.solve(scene, free="length", pressure=0.3)
+    with pytest.raises(po.NotConverged, match="smaller than those"):
+        po.solve(scene, free="length", pressure=0.3, state="lifted")
+    assert po.solve(scene, free="length", pressure=0.3, state="unfolded").length > 3.0
+
+
+def test_with_another_number_free_no_state_is_preferred() -> None:
+    scene = po.Scene(ROD, wall=po.Circle(0.1), tip=po.Contact())
+    with pytest.raises(po.AmbiguousState, match="2 states fit"):
+        po.solve(scene, free="curvature", pressure=0.3, length=0.757)
+    near = po.solve(scene, free="curvature", pressure=0.3, length=0.757, near=0.15)
+    assert near.numbers["curvature"] == pytest.approx(0.10033, abs=1e-5)
+
+
+@pytest.mark.parametrize("profile", [lambda p: 1.0 if p.s < 1 else 0.5, lambda _: "a", lambda _: 1 / 0])
+def test_a_profile_that_casadi_cannot_take_is_refused_at_once(profile: Any) -> None:
+    with pytest.raises(po.InvalidInput, match="profile"):
+        po.Pressure(profile)
+
+
+def test_the_picture_of_a_scene_has_its_wall_and_names_what_acts() -> None:
+    rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
+    on_a_cylinder = po.Scene(rod, wall=po.Circle(-300.0), natural_curvature=-300.0)
+    ax = po.solve(on_a_cylinder, free="length", pressure=60e3).plot()
+    lowest = min(line.get_ydata().min() for line in ax.lines)
+    assert lowest < -0.1  # the wall falls off; the rod does not pass through it
+    assert "not drawn" in " ".join(text.get_text() for text in ax.texts)
+    peeled = po.solve(po.Scene(rod, tip=po.TipLoad(angle=1.57)), free="force", length=12e-3)
+    assert "force" in peeled.plot().get_title(loc="left")

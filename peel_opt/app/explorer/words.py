@@ -72,6 +72,8 @@ def why_no_branch(beta0: float, full: bool) -> str:
 
 def _digits(eq: Equilibrium) -> int:
     """As many digits as the error leaves, 12 at most."""
+    if not math.isfinite(eq.error):
+        return 2
     if not eq.answer or not eq.error:
         return 12
     return min(max(math.floor(math.log10(abs(eq.answer) / eq.error)) + 1, 2), 12)
