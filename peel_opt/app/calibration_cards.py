@@ -44,8 +44,8 @@ from ..studies.calibrate.fit import calibrate
 from ..studies.calibrate.profile import require_level
 from ..studies.calibrate.read import read_measurements, read_shape
 from ..studies.calibrate.result import Calibration
+from .card_tables import CardTable, Length, Number, Pressure, RodTable
 from .cards import SourcedCard, is_calibration, read_card
-from .tables import CardTable, Length, Number, Pressure, RodTable
 
 #: Which numbers of a rod a field of ``[rod]`` goes into.
 FEEDS = {

@@ -13,8 +13,8 @@ from ..model.rod import UNITS
 from ..studies.calibrate.profile import BetterFit
 from ..studies.calibrate.record import Intervals
 from ..studies.calibrate.result import Calibration
+from .card_tables import one_line
 from .report import aligned, describe_rod, slug
-from .tables import one_line
 
 if TYPE_CHECKING:
     from .calibration_cards import CalibrationCard

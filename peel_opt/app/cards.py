@@ -43,7 +43,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 from ..base.errors import CardError, InvalidInput, PeelOptError
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
-from .tables import CardTable, GroupsTable, QuestionTable, RodTable
+from .card_tables import CardTable, GroupsTable, QuestionTable, RodTable
 
 #: A card is a page of text; what is longer was not meant to be one.
 MOST_BYTES = 1_000_000

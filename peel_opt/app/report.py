@@ -17,8 +17,8 @@ from ..base.files import atomic_write
 from ..base.units import display
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
+from .card_tables import one_line
 from .cards import Card
-from .tables import one_line
 
 #: A question's label and what came of it.
 Answered = tuple[str, Equilibrium | PeelOptError]

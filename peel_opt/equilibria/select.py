@@ -13,7 +13,7 @@ import numpy as np
 from ..base.errors import AmbiguousState, NoEquilibrium, NotConverged, OutOfRange, PeelOptError
 from ..continuation.ends import beside_folds, sharpened
 from ..continuation.goal import ENDLESS, Goal
-from ..continuation.isobars import states_near
+from ..continuation.isobar_walk import states_near
 from ..continuation.landing import UNFINISHED
 from ..continuation.points import Point
 from ..continuation.primary import Candidate, PrimaryBranch, primary_branch

@@ -21,7 +21,7 @@ from peel_opt.app.cards import load_card
 from peel_opt.app.explorer import moves
 from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
-from peel_opt.app.explorer.landscape import landscape
+from peel_opt.app.explorer.potential import landscape
 from peel_opt.app.explorer.quick_walks import quick_branch, quick_groups, quick_rod
 from peel_opt.app.explorer.screen import full_scene, live_scene
 from peel_opt.app.explorer.state import CHOICES, State

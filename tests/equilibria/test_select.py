@@ -1,6 +1,6 @@
 """The choice between states along branches that are walked for a while only.
 
-Modules: `select`, and of the walks it asks for `isobars`.
+Modules: `select`, and of the walks it asks for `isobar_walk`.
 """
 
 from __future__ import annotations

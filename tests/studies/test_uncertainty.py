@@ -17,7 +17,7 @@ import peel_opt as po
 from peel_opt.analysis.maxwell_derivative import maxwell_gradient
 from peel_opt.app.cli.main import main
 from peel_opt.studies.uncertainty.inputs import split, spread_of
-from peel_opt.studies.uncertainty.limits import interpolated
+from peel_opt.studies.uncertainty.limits_of_many import interpolated
 from peel_opt.studies.uncertainty.sample import Sample
 
 from ..rods import FLAP

@@ -101,7 +101,7 @@ def _questions(arguments: argparse.Namespace) -> list[_Posed]:
     from ..cards import as_question, load_card
 
     if in_groups:
-        from ..tables import GroupsTable
+        from ..card_tables import GroupsTable
 
         # What of it can be meant is checked by the question itself.
         groups = GroupsTable.model_construct(beta0=arguments.beta0, lam=arguments.lam, beta1=arguments.beta1)

@@ -114,7 +114,7 @@ def _work_options(sub: argparse.ArgumentParser) -> None:
 
 def _uncertainty(arguments: argparse.Namespace) -> int:
     """Propagate, print and write; that some samples have no answer is part of the result."""
-    from ...studies.uncertainty.limits import LIMITS
+    from ...studies.uncertainty.limits_of_many import LIMITS
     from ...studies.uncertainty.run import uncertainty
     from ..report import as_json
 

@@ -16,7 +16,7 @@ from ...equilibria.branch import Branch
 from ...plots.loop import lambda_panel, pressure_panel
 from ...plots.panels import Panel
 from .curves import Curve
-from .landscape import Landscape
+from .potential import Landscape
 from .state import State
 
 #: Values of the swept number on each way.

@@ -19,8 +19,8 @@ from ...plots.rod import adhered_panel, rod_panel
 from ...plots.words import plain, symbol
 from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
-from .landscape import Landscape, landscape, off_by, too_far
 from .loops import LoopSweep, lambda_loop, pressure_loop
+from .potential import Landscape, landscape, off_by, too_far
 from .quick_walks import quick_groups, quick_rod
 from .state import State
 from .words import OFF_BRANCH, AnswerText, answer_of, warnings_of, why_no_branch

@@ -13,7 +13,7 @@ from ...equilibria.result import Equilibrium
 from ...model.labels import FLAGS
 from ...plots.words import plain, symbol, typeset
 from .curves import Curve
-from .landscape import Landscape
+from .potential import Landscape
 from .state import State
 
 #: What to do about a flag, where something can be done.

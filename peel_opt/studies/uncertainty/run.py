@@ -24,7 +24,7 @@ from ...residual.discretisation import Transcription
 from ..sweep.plan import Options
 from ..sweep.run import sweep
 from .inputs import Spread, spread_of
-from .limits import LIMITS, limits_of
+from .limits_of_many import LIMITS, limits_of
 from .result import Propagated, Uncertainty
 from .sample import Sample
 
