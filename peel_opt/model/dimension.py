@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from .rod import Rod
@@ -37,6 +39,24 @@ class Dimension:
         return " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers if n)
 
 
+class Parametrised(Protocol):
+    """A part of a scene with numbers by name."""
+
+    @property
+    def parameters(self) -> Mapping[str, Dimension]:
+        """What its numbers measure."""
+
+
+def by_numbers(part: Parametrised) -> tuple[Any, ...]:
+    """Return the form of a part whose equations take its numbers by name, and nothing else of it.
+
+    Such parts share compiled equations.  A part is its own form unless its class says otherwise: what a
+    reader's own class takes from its fields would be compiled in.
+    """
+    form: tuple[Hashable, ...] = (type(part), tuple(part.parameters))
+    return form
+
+
 NUMBER = Dimension(0, 0, "")
 ANGLE = Dimension(0, 0, "rad")
 LENGTH = Dimension(0, 1, "m")
@@ -46,3 +66,16 @@ FORCE = Dimension(1, 1, "N/m")
 ENERGY = Dimension(1, 1, "J/m^2")
 MOMENT = Dimension(1, 2, "N")
 SPRING = Dimension(1, -1, "Pa/m")
+
+#: Between which values numbers of a scene have a meaning; all others have one anywhere.
+DOMAINS = {
+    "dead": (0.0, 1.0),
+    "mix": (0.0, 1.0),
+    "gradient": (-1.0, math.inf),
+    "tilt": (-math.pi, math.pi),
+    "angle": (-math.pi, math.pi),
+    **dict.fromkeys(
+        ("decay", "layer", "until", "unbonded", "line_energy", "zeta", "shear_stiffness", "slack"),
+        (0.0, math.inf),
+    ),
+}

@@ -16,7 +16,7 @@ import casadi as ca
 
 from ..base.checks import finite, non_negative, positive
 from ..base.errors import InvalidInput
-from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension
+from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension, by_numbers
 from .place import Numbers, Place
 from .profiles import Distribution, as_profile
 
@@ -40,9 +40,9 @@ class Load(ABC):
     keeps_flat: ClassVar[bool] = False
 
     @property
-    def form(self) -> tuple[Hashable, ...]:
-        """What it shares with another that differs in its numbers alone."""
-        return type(self), tuple(self.parameters)
+    def form(self) -> Hashable:
+        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
+        return self
 
     @abstractmethod
     def numbers(self) -> dict[str, float]:
@@ -107,9 +107,9 @@ class Pressure(Load):
         return own | (self.profile.numbers() if isinstance(self.profile, Distribution) else {})
 
     @property
-    def form(self) -> tuple[Hashable, ...]:
-        """Its parameters and the form of its profile."""
-        return *super().form, self.profile.form if isinstance(self.profile, Distribution) else None
+    def form(self) -> Hashable:
+        """Its numbers by name, and the form of its profile."""
+        return *by_numbers(self), self.profile.form if isinstance(self.profile, Distribution) else None
 
     def breaks(self) -> tuple[str, ...]:
         """Return the end of the fluid."""
@@ -159,6 +159,8 @@ class Weight(Load):
         """The flat rod carries it at p = T0 + w."""
         return True
 
+    form = property(by_numbers)
+
     def numbers(self) -> dict[str, float]:
         """Return w and tilt."""
         return {"weight": self.w, "tilt": self.tilt}
@@ -204,6 +206,8 @@ class SkinFriction(Load):
         """Return what its one parameter measures."""
         return {"friction": TRACTION} if self.traction is not None else {"share": NUMBER}
 
+    form = property(by_numbers)
+
     def numbers(self) -> dict[str, float]:
         """Return its one parameter."""
         return (
@@ -239,6 +243,8 @@ class Drag(Load):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "traction", finite("traction", self.traction, "Pa"))
+
+    form = property(by_numbers)
 
     def numbers(self) -> dict[str, float]:
         """Return the traction."""

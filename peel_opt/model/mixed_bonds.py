@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from ..base.checks import non_negative, positive
 from ..base.errors import InvalidInput
 from .bond import COHESIVE, CohesiveLaw, Piece
-from .dimension import NUMBER, SPRING, Dimension
+from .dimension import NUMBER, SPRING, Dimension, by_numbers
 from .place import Numbers
 
 
@@ -30,8 +30,8 @@ class Bond(ABC):
 
     @property
     def form(self) -> Hashable:
-        """What it shares with another that differs in its numbers alone."""
-        return type(self), self.law, tuple(self.parameters)
+        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
+        return self
 
     def numbers(self) -> dict[str, float]:
         """Return its parameters, in the units of the rod."""
@@ -90,6 +90,11 @@ class EffectiveOpening(Bond):
     def __post_init__(self) -> None:
         object.__setattr__(self, "zeta", non_negative("zeta", self.zeta))
         _require_law(self.law)
+
+    @property
+    def form(self) -> Hashable:
+        """The law and its numbers by name."""
+        return *by_numbers(self), self.law
 
     def numbers(self) -> dict[str, float]:
         """Return zeta."""

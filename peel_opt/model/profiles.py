@@ -16,7 +16,7 @@ import casadi as ca
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput
-from .dimension import LENGTH, NUMBER, Dimension
+from .dimension import LENGTH, NUMBER, Dimension, by_numbers
 from .place import Numbers, Place
 
 
@@ -26,9 +26,9 @@ class Distribution(ABC):
     parameters: ClassVar[dict[str, Dimension]] = {}
 
     @property
-    def form(self) -> tuple[Hashable, ...]:
-        """What it shares with another that differs in its numbers alone."""
-        return type(self), tuple(self.parameters)
+    def form(self) -> Hashable:
+        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
+        return self
 
     def numbers(self) -> dict[str, float]:
         """Return its parameters as they were given."""
@@ -49,6 +49,8 @@ class Linear(Distribution):
     c: float
     parameters: ClassVar[dict[str, Dimension]] = {"gradient": NUMBER}
 
+    form = property(by_numbers)
+
     def numbers(self) -> dict[str, float]:
         """Return c."""
         return {"gradient": self.c}
@@ -65,6 +67,8 @@ class Exponential(Distribution):
     length: float
     parameters: ClassVar[dict[str, Dimension]] = {"decay": LENGTH}
 
+    form = property(by_numbers)
+
     def numbers(self) -> dict[str, float]:
         """Return l."""
         return {"decay": self.length}
@@ -80,6 +84,8 @@ class Mixed(Distribution):
 
     c: float
     parameters: ClassVar[dict[str, Dimension]] = {"mix": NUMBER}
+
+    form = property(by_numbers)
 
     def numbers(self) -> dict[str, float]:
         """Return c."""
@@ -108,6 +114,8 @@ class Height(Distribution):
     height: float
     parameters: ClassVar[dict[str, Dimension]] = {"layer": LENGTH}
 
+    form = property(by_numbers)
+
     def numbers(self) -> dict[str, float]:
         """Return h."""
         return {"layer": self.height}
@@ -124,9 +132,9 @@ class Given(Distribution):
     function: Callable[[Place], Any]
 
     @property
-    def form(self) -> tuple[Hashable, ...]:
+    def form(self) -> Hashable:
         """The function."""
-        return (self.function,)
+        return self.function
 
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return what the function says."""

@@ -31,6 +31,9 @@ from .stretch import past_of, shared_kink
 from .tips import FREE, Contact, Middle, Tip, TipLoad
 from .walls import PLATE, Flat, Wall
 
+#: Names that every scene has.
+RESERVED = ("pressure", "length", "ratio", "entered")
+
 #: Numbers of the scene itself, and what they measure.
 OWN = {"natural_curvature": CURVATURE, "unbonded": LENGTH, "line_energy": ENERGY}
 
@@ -86,12 +89,29 @@ class Scene:
         )
         object.__setattr__(self, "unbonded", non_negative("unbonded", self.unbonded, "m"))
         object.__setattr__(self, "line_energy", non_negative("line_energy", self.line_energy, "J/m^2"))
+        self._require_names()
         if isinstance(self.tip, Middle) and not self.is_flat:
             raise InvalidInput("half of a symmetric strip is modelled on a flat wall.")
         if self.bond.slips and not self.is_flat:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
             )
+
+    def _require_names(self) -> None:
+        """Raise where two parts call a number by one name, or a part cannot be told from another."""
+        parts = (*self.loads, self.wall, self.tip, self.bond)
+        names = [*RESERVED, *OWN, *(name for part in parts for name in part.parameters)]
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise InvalidInput(
+                f"the name {', '.join(sorted(twice))} is used for two numbers of a scene.",
+                remedy="Give the parameters of a class of your own other names.",
+            )
+        try:
+            hash(parts)
+        except TypeError as error:
+            raise InvalidInput(
+                f"a part of the scene cannot be hashed: {error}.", remedy="Make its class a frozen dataclass."
+            ) from error
 
     @property
     def is_flat(self) -> bool:
@@ -204,9 +224,7 @@ class Scene:
         """
         if isinstance(self.tip, Middle):
             return -1.0, 0.0
-        scale = (
-            1.0 if isinstance(self.tip, Contact) else -1.0
-        )  # a tip that is pressed on the wall points down
+        scale = 1.0 if isinstance(self.tip, Contact) else -1.0  # pressed on the wall, it points down
         return (self.tip_curvature(q) - self.wall.curvature_of(q)) * sbar / A, scale
 
     def tip_force(self, at: Place, q: Numbers) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..base.checks import finite
-from .dimension import CURVATURE, Dimension
+from .dimension import CURVATURE, Dimension, by_numbers
 from .place import Numbers, Place
 
 
@@ -23,8 +23,8 @@ class Wall(ABC):
 
     @property
     def form(self) -> Hashable:
-        """What it shares with another that differs in its numbers alone."""
-        return type(self), tuple(self.parameters)
+        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
+        return self
 
     def numbers(self) -> dict[str, float]:
         """Return its parameters, in the units of the rod."""
@@ -67,6 +67,8 @@ class Circle(Wall):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "curvature", finite("curvature", self.curvature, "1/m"))
+
+    form = property(by_numbers)
 
     def numbers(self) -> dict[str, float]:
         """Return the curvature."""

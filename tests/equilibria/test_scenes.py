@@ -6,12 +6,16 @@ Modules: `scenes`, `scene_trace`.
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
+import casadi
 import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.model.dimension import TRACTION
+from peel_opt.model.loads import Force, Load
 
 from ..rods import FLAP
 from ..scene_states import REFERENCE, pressure_of, rods, scene_of, title
@@ -264,3 +268,55 @@ def test_the_picture_of_a_scene_has_its_wall_and_names_what_acts() -> None:
     assert "not drawn" in " ".join(text.get_text() for text in ax.texts)
     peeled = po.solve(po.Scene(rod, tip=po.TipLoad(angle=1.57)), free="force", length=12e-3)
     assert "force" in peeled.plot().get_title(loc="left")
+
+
+@dataclass(frozen=True)
+class Ballast(Load):
+    """A weight of a reader's own, which takes its size from itself and not by name."""
+
+    w: float
+    keeps_flat = True
+
+    def numbers(self) -> dict[str, float]:
+        return {}
+
+    def force(self, at: po.Place, q: Any) -> Force:
+        return Force(y=-self.w)
+
+    def work(self, at: po.Place, q: Any) -> Any:
+        return self.w * casadi.sin(at.theta)
+
+
+def test_two_loads_of_a_class_of_the_readers_own_are_two_loads() -> None:
+    """What the first has of its own must not stay compiled in for the second."""
+    for w in (0.05, 0.1):
+        own = po.solve(po.Scene(ROD, [Ballast(w)]), free="length", pressure=0.8)
+        assert own.length == pytest.approx(
+            po.solve(po.Scene(ROD, [po.Weight(w)]), free="length", pressure=0.8).length, abs=1e-12
+        )
+
+
+def test_names_and_parts_of_the_readers_own_are_checked() -> None:
+    class Clash(Ballast):
+        parameters: ClassVar[dict[str, Any]] = {"weight": TRACTION}
+
+    with pytest.raises(po.InvalidInput, match="weight is used for two numbers"):
+        po.Scene(ROD, [Clash(0.1), po.Weight(0.1)])
+
+    class Changing(Ballast):
+        __hash__ = None  # type: ignore[assignment]
+
+    with pytest.raises(po.InvalidInput, match="frozen dataclass"):
+        po.Scene(ROD, [Changing(0.1)])
+
+
+def test_an_answer_far_from_what_was_sought_says_so() -> None:
+    scene = po.Scene(ROD, unbonded=1e-3)
+    assert "far from near=0.0022" in po.solve(scene, free="length", pressure=0.3, near=0.0022).flags
+    assert po.solve(scene, free="length", pressure=0.3, near=3.4).flags == ()
+
+
+def test_a_free_number_stays_where_it_means_something() -> None:
+    scene = po.Scene(ROD, [po.Pressure(dead=0.5)])
+    with pytest.raises((po.NoEquilibrium, po.NotConverged)):
+        po.solve(scene, free="dead", pressure=0.5, length=3.3, near=1.4)
