@@ -29,7 +29,10 @@ if TYPE_CHECKING:
 
 
 #: Why an edge that does not snap is not followed further, in words.
-ENDS = {"strength": ", where the bond itself fails", "contact": ", where its tip comes back to the plate"}
+ENDS = {
+    "strength": ", where the bond itself fails",
+    **dict.fromkeys(("contact", "touched"), ", where its tip comes back to the plate"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,8 @@ class LoadingCurve(Stored):
     ended : str
         "snap", where the last point is the maximum of the pressure, beyond which there is no state to go on
         to.  Otherwise the edge grows stably to the last point: "strength", where p = T0 and the bond itself
-        fails; "contact", where its tip comes back to the plate; or what kept it from being followed further.
+        fails; "contact" or "touched", where its tip comes back to the plate; or what kept it from being
+        followed further.
     pressure, length, tip_angle, tip_height : ndarray, shape (n,)
         p [Pa], detached length [m], theta at the tip [rad] and its height [m], in order from rest on.
     error : ndarray, shape (n,)
@@ -113,7 +117,8 @@ class LoadingCurve(Stored):
         return Table(self.schema.stamped(self._head()).items(), columns)
 
     def __repr__(self) -> str:
-        return f"LoadingCurve of {len(self)} points: an edge without glue on {self.flaw:.6g} {self.outcome}"
+        flaw = f"{self.flaw:.6g} {Units.of(self.rod).length}"
+        return f"LoadingCurve of {len(self)} points: an edge without glue on {flaw} {self.outcome}"
 
 
 #: Its columns.

@@ -20,13 +20,14 @@ from ..model.rod import RATIOS, Rod, require_rod
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.meshes import SNAPS
-from ..residual.scene_spectral import SceneSpectral
+from ..residual.scene_certificate import certificate_of
+from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
 from ..residual.spectral import Spectral
 
 #: Tip angle [rad] just short of 4 pi/3, at which the tip of a flap without glue comes down to its wall.
 TOUCHING = 4.188
 
-#: Largest error of p/T0 or a/eta that is returned.
+#: Largest error of p/T0 or a/eta, and largest certificate, that is returned.
 LARGEST = 1e-8
 
 #: What rounding leaves of a located snap.
@@ -54,6 +55,8 @@ class FlawLimit:
         p/T0 and a/eta.
     error : float
         Absolute error of the one that was asked for, p/T0 or a/eta.
+    certificate : float
+        By how much the identity p y_tip = Phi(y(a)) is missed, over T0 eta.
     """
 
     pressure: float
@@ -63,6 +66,7 @@ class FlawLimit:
     pressure_ratio: float
     flaw_ratio: float
     error: float
+    certificate: float
 
 
 @one_thread
@@ -193,6 +197,11 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
             f"no snap was met as far as the edge could be followed ({reached}).",
             remedy="Give a shorter edge, or a higher pressure.",
         )
+    if branch.family.free is not None:
+        longest = rod.length(max(branch.family.loading(p) for p in branch.points))
+        raise NoEquilibrium(
+            f"no edge snaps at this pressure: those that were followed, up to a = {longest:.6g}, grow stably."
+        )
     touch = branch.family.solve(branch.points[-1].profile, Closure("amplitude", TOUCHING))
     above = [p.scalars.pressure_ratio for p in branch.points if p.scalars.A < TOUCHING]
     above += [touch[0].scalars(touch[1].x).pressure_ratio] if touch else []
@@ -208,9 +217,13 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
 def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
     s = found[-1].point.scalars
     error = abs(answers[1] - answers[0]) + ROUNDING
-    if error > LARGEST:
+    problem = found[-1].point.problem
+    assert isinstance(problem, SceneDiscretisation)
+    missed = certificate_of(problem, found[-1].point.x)
+    if max(error, missed) > LARGEST:
         raise NotConverged(
-            f"two meshes differ by {error:.1e} about this snap.", remedy="Give a slightly different edge."
+            f"the error {error:.1e} or the certificate {missed:.1e} of this snap exceeds {LARGEST:g}.",
+            remedy="Give a slightly different edge.",
         )
     return FlawLimit(
         pressure=rod.pressure(s.pressure_ratio),
@@ -220,4 +233,5 @@ def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) ->
         pressure_ratio=s.pressure_ratio,
         flaw_ratio=flaw,
         error=error,
+        certificate=missed,
     )

@@ -23,7 +23,7 @@ from .question import Question, about_a_rod
 from .result import Equilibrium
 from .scenes import ask_scene, plain_law, refuse_options
 from .seeded import seeded
-from .select import THROUGH, BranchSearch, nearby, select
+from .select import THROUGH, BranchSearch, far_from, select
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05
@@ -317,7 +317,7 @@ def solve_from(
             f"{question.words}: {result.stats.method} left the {state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
         )
-    far = () if nearby(question, result.answer) else (f"far from near={question.near:.4g}",)
+    far = far_from(question.near, result.answer)
     return replace(result, flags=result.flags + far)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,11 +22,12 @@ from ..base.threads import one_thread
 from ..continuation.primary import Candidate
 from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
 from ..model.bond import CohesiveLaw
-from ..model.dimension import FORCE
+from ..model.dimension import DOMAINS, FORCE
 from ..model.labels import OBSERVABLE, fits, known_state
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
-from ..residual.closures import Closure
+from ..residual.certificate import HEIGHT_NOISE
+from ..residual.closures import READINGS, Closure
 from ..residual.linear import Linearised
 from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
@@ -35,18 +36,13 @@ from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution
 from .result import Equilibrium, Stats
 from .scene_question import COMMON, SceneQuestion, posed
+from .select import far_from
 
 #: How the answered number is called in a result.
 ANSWERED = {"pressure": "pressure_ratio", "length": "length_ratio"}
 
 #: All states of a scene that may be asked for.
 SCENE_STATES = ("lifted", *OBSERVABLE, "other")
-
-#: What may be given, as a number of the scalars.
-READS: dict[str, Callable[[Any], float]] = {
-    "length": lambda s: s.sigma,
-    "pressure": lambda s: s.pressure_ratio,
-}
 
 #: How often the mesh of an answer may be refined.
 MOST_REFINEMENTS = 5
@@ -57,9 +53,6 @@ DEFAULT = ("lifted", "unfolded")
 
 #: Ends of a branch beyond which it may go on.
 GIVEN_UP = {"touched", "stalled", "limit", "long", "suction", "unbounded"}
-
-#: Height as a share of the largest below which a rod is in its wall.
-HEIGHT_NOISE = 1e-9
 
 
 @one_thread
@@ -130,6 +123,7 @@ def _solve(
     chosen, profile = _chosen(question, branches, state, wanted)
     walked = sum(len(branch.points) for branch in branches)
     answered = _answered(question, profile, chosen, tol, walked, began)
+    answered = replace(answered, flags=answered.flags + far_from(wanted, answered.answer))
     if not answered.certified:
         raise NotCertified(
             f"{question.words}: found {free} = {question.named(answered.answer)}, but its error"
@@ -224,13 +218,13 @@ def _chosen(
     meant = [c for c in found if state is None or fits(c.state, state)]
     if near is None:
         meant = _by_default(meant, state, question)
-    meant = [c for c in meant if _is_inside(question, c)]
     if state in (None, "lifted") and near is None and not any(c.state == "lifted" for c in meant):
         _require_no_smaller(question, branches)
     if not meant:
         raise _nothing(question, branches, state, [c.state for c in found])
     landed: list[tuple[str, SceneProfile, float]] = []
     lost: PeelOptError | None = None
+    low, high = DOMAINS.get(question.free, (-math.inf, math.inf))
     for candidate in meant:
         try:
             profile = candidate.profile
@@ -240,10 +234,11 @@ def _chosen(
         assert isinstance(profile, SceneProfile)
         problem = candidate.solution.problem
         assert isinstance(problem, SceneDiscretisation)
-        landed.append((candidate.state, profile, question.read(problem, candidate.solution.correction.x)))
+        value = question.read(problem, candidate.solution.correction.x)
+        if low <= value <= high:
+            landed.append((candidate.state, profile, value))
     if not landed:
-        assert lost is not None
-        raise lost
+        raise lost or _nothing(question, branches, state, [c.state for c in found])
     if near is not None:
         label, profile, _ = min(landed, key=lambda found: abs(found[2] - near))
         return label, profile
@@ -267,29 +262,6 @@ def _by_default(candidates: list[Candidate], state: str | None, question: SceneQ
     return []
 
 
-#: Between which values numbers of a scene have a meaning; all others have one anywhere.
-DOMAINS = {
-    "dead": (0.0, 1.0),
-    "mix": (0.0, 1.0),
-    "gradient": (-1.0, math.inf),
-    "tilt": (-math.pi, math.pi),
-    "angle": (-math.pi, math.pi),
-    **dict.fromkeys(
-        ("decay", "layer", "until", "unbonded", "line_energy", "zeta", "shear_stiffness", "slack"),
-        (0.0, math.inf),
-    ),
-}
-
-
-def _is_inside(question: SceneQuestion, candidate: Candidate) -> bool:
-    """Whether the free number of a state has a meaning, as far as its neighbours tell."""
-    if question.number not in DOMAINS:
-        return True
-    low, high = DOMAINS[question.number]
-    found = [point.problem.found(point.x)[question.number] for point in (candidate.here, candidate.there)]  # type: ignore[attr-defined]
-    return bool(max(found) >= low and min(found) <= high)
-
-
 def _require_no_smaller(question: SceneQuestion, branches: Sequence[SceneBranch]) -> None:
     """Raise where a lifted state may be smaller than those that a branch was followed to.
 
@@ -299,7 +271,7 @@ def _require_no_smaller(question: SceneQuestion, branches: Sequence[SceneBranch]
     """
     if question.number is not None or not question.scene.lifts:
         return
-    read = READS[question.target.kind]
+    read = READINGS[question.target.kind]
     for branch in branches:
         if branch.points and 0.0 < question.target.value < read(branch.points[0].scalars):
             raise NotConverged(
@@ -330,7 +302,7 @@ def _nothing(
             f"{question.words}: no state of the scene could be followed.",
             remedy="Check the units of its numbers.",
         )
-    read = READS[question.target.kind]
+    read = READINGS[question.target.kind]
     known = state is None or state == "other"
     values = [
         read(p.scalars)
@@ -358,8 +330,8 @@ def _nothing(
 def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBranch]) -> bool:
     """Whether what is given lies where the branch from T, which is not followed to its end, has yet to go."""
     first = branches[0].points[0]
-    reach = 10.0 * abs(first.rate(READS[question.target.kind]) / first.turn.A * first.scalars.A)
-    return abs(READS[question.target.kind](first.scalars) - question.target.value) <= reach
+    reach = 10.0 * abs(first.rate(READINGS[question.target.kind]) / first.turn.A * first.scalars.A)
+    return abs(READINGS[question.target.kind](first.scalars) - question.target.value) <= reach
 
 
 def _answered(

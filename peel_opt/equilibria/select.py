@@ -103,7 +103,9 @@ def select(question: Question, search: BranchSearch = THROUGH) -> Selected:
         raise _nothing_fits(branch, question, search, found)
     if question.near is not None:
         chosen = _nearest_candidate(fitting, question)
-        if _unseen(branch, question, search) and not nearby(question, question.read(chosen.profile.scalars)):
+        if _unseen(branch, question, search) and far_from(
+            question.near, question.read(chosen.profile.scalars)
+        ):
             raise _cut_short(branch, question)
     elif goal.cut_short(branch):
         raise _cut_short(branch, question)
@@ -127,10 +129,11 @@ def select(question: Question, search: BranchSearch = THROUGH) -> Selected:
     return Selected(chosen, spacing, len(branch.points))
 
 
-def nearby(question: Question, answer: float) -> bool:
-    """Whether an answer is near the one sought, if one is."""
-    near = question.near
-    return near is None or abs(answer - near) <= NEARBY * (abs(near) + NEARBY)
+def far_from(near: float | None, answer: float) -> tuple[str, ...]:
+    """Flag an answer that is not near the one sought, if one is."""
+    if near is None or abs(answer - near) <= NEARBY * (abs(near) + NEARBY):
+        return ()
+    return (f"far from near={near:.4g}",)
 
 
 def _never() -> bool:

@@ -25,6 +25,7 @@ def test_an_edge_snaps_where_shooting_has_its_limit_point(
 ) -> None:
     found = po.safe_pressure(po.Rod.from_ratio(r), a)
     assert abs(found.pressure_ratio - p_max) <= found.error + digits
+    assert found.certificate < 1e-12
     assert found.tip_angle == pytest.approx(-angle, abs=1e-6)  # flat there
     assert found.length == pytest.approx(sbar, abs=1e-6)
 
