@@ -21,8 +21,20 @@ import peel_opt
 ROOT = Path(peel_opt.__file__).parent
 
 #: The rooms in the order of the sentence "a model, made a residual, is walked as branches, answers
-#: questions, is read, studied, drawn and shown".  A module imports from its own room and those before.
-ROOMS = ["base", "model", "residual", "continuation", "equilibria", "analysis", "studies", "plots", "app"]
+#: questions, is read, set in motion, studied, drawn and shown".  A module imports from its own room and
+#: those before.
+ROOMS = [
+    "base",
+    "model",
+    "residual",
+    "continuation",
+    "equilibria",
+    "analysis",
+    "motion",
+    "studies",
+    "plots",
+    "app",
+]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,297 @@
+"""The motion of a rod that let go, as a result: front, tip, shapes, energies, and where it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from ..base.checks import finite
+from ..base.errors import InvalidInput
+from ..base.records import Column, Schema, Stored, Table, array, entries
+from ..model.rod import Rod, Units, rod_from
+
+#: What a bond does when a point that was open comes back: heals, heals as far as it was not damaged, or
+#: heals unless it was fully open.
+BONDS = ("reversible", "damage", "no_rebond")
+
+#: How a motion may end, and what that means.
+OUTCOMES = {
+    "folded": "the rod comes to rest in its folded equilibrium",
+    "touching": "the rod comes to rest with its tip just touching the plate",
+    "flapping": "the tip touches the plate and lifts again, over and over",
+    "flat fold": "the rod comes to rest in a loop with the rest of it lying upside down on the plate",
+    "closes": "the start was below the unstable state: the rod lies down and heals",
+    "held": "the rod comes to rest in an unfolded equilibrium, kept there by a bond that does not heal",
+    "contact": "the tip came down on the plate, and the motion was followed no further",
+    "end of rod": "nothing is left to peel",
+    "not settled": "the time was up before the rod came to rest",
+}
+
+#: What a moment of a motion may be named for.
+HAPPENINGS = ("start", "angle", "lift", "contact", "arrest", "end of rod", "time")
+
+
+class TipPath(NamedTuple):
+    """The free end: its height, its place along the plate from where it was stuck, and its angle [rad]."""
+
+    y: np.ndarray
+    x: np.ndarray
+    angle: np.ndarray
+
+
+class Ledger(NamedTuple):
+    """Energies per width in the order of the balance: the first three, drag and bond loss are what work paid.
+
+    kinetic + bending + separation rise by work - drag - bond_loss.
+    """
+
+    kinetic: np.ndarray
+    bending: np.ndarray
+    separation: np.ndarray
+    work: np.ndarray
+    drag: np.ndarray
+    bond_loss: np.ndarray
+
+    @property
+    def defect(self) -> np.ndarray:
+        """By how much the balance is missed since the start."""
+        stored = self.kinetic + self.bending + self.separation
+        missed: np.ndarray = stored - stored[0] - (self.work - self.work[0])
+        return missed + self.drag - self.drag[0] + self.bond_loss - self.bond_loss[0]
+
+
+class Happening(NamedTuple):
+    """A moment of a motion: what happened, when, and where front and tip were."""
+
+    kind: str
+    t: float
+    front: float
+    y: float
+    x: float
+    angle: float
+
+
+class Pose(NamedTuple):
+    """The detached part at a time: arc length from the tip, place, height and angle, each (m,)."""
+
+    s: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Snap(Stored):
+    """The motion of a rod after it let go, in the units of its rod.
+
+    Parameters
+    ----------
+    rod : Rod
+    law, bond : str
+        Name of the cohesive law, and what it does on the way back, one of `BONDS`.
+    pressure : float
+        p [Pa].
+    mass : float
+        Per area [kg/m^2].
+    drag : float or None
+        Force per area and speed [Pa s/m]; None if it was not given: times are then in c eta/T0.
+    growth_rate : float
+        Of the first departure from the unstable state, per unit of time; nan if it did not start there.
+    t : ndarray, shape (n,)
+        Times of the stored steps, in `time_unit`.
+    front : ndarray, shape (n,)
+        Detached length sbar [m].
+    tip : TipPath
+        Height [m], place along the plate [m] and angle [rad] of the tip, each (n,).
+    fraction : ndarray, shape (m,)
+        s/sbar of the points of the stored shapes, 0 at the tip.
+    x, y, theta : ndarray, shape (n, m)
+        The shapes: place along the plate from where the tip was stuck [m], height [m], angle [rad].
+    energy : Ledger
+        Energies per width [J/m], each (n,).
+    certificate : ndarray, shape (n,)
+        By how much the identity p y_tip - Phi(y_tip) = int (rho r_tt + c r_t).(e_x - t) ds is missed at every
+        step, over T0 eta.
+    events : tuple of Happening
+        Moments with a name, in the order of time.
+    outcome : str
+        One of `OUTCOMES`.
+    error : float
+        Largest error of front and tip over eta, at one tip angle, from a second resolution.
+    time_error : float
+        That of the times between events, in `time_unit`.
+    """
+
+    rod: Rod
+    law: str
+    bond: str
+    pressure: float
+    mass: float
+    drag: float | None
+    growth_rate: float
+    t: np.ndarray
+    front: np.ndarray
+    tip: TipPath
+    fraction: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+    energy: Ledger
+    certificate: np.ndarray
+    events: tuple[Happening, ...]
+    outcome: str
+    error: float
+    time_error: float
+
+    schema: ClassVar[Schema] = Schema("peel_opt snap", 1)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def time_unit(self) -> str:
+        """What times are in: seconds; for a rod without units the tau of its mass and drag."""
+        if self.drag is None:
+            return "c eta/T0"
+        return "tau" if self.rod.dimensionless else "s"
+
+    @property
+    def drag_time(self) -> float:
+        """c eta/T0 in `time_unit`, in which drag moves the rod by its own size."""
+        return 1.0 if self.drag is None else self.drag * self.rod.eta / self.rod.adhesion_strength
+
+    @property
+    def inertial_time(self) -> float:
+        """sqrt(rho eta/T0) in `time_unit`, in which the rod would move by its own size without drag."""
+        return math.sqrt(self.mass * self.rod.eta / self.rod.adhesion_strength)
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Of the front, length per `time_unit`, (n,)."""
+        slopes: np.ndarray = np.gradient(self.front, self.t)
+        return slopes
+
+    def event(self, kind: str) -> Happening:
+        """Return the first moment of a kind.
+
+        Parameters
+        ----------
+        kind : str
+            One of `HAPPENINGS`.
+
+        Returns
+        -------
+        Happening
+
+        Raises
+        ------
+        InvalidInput
+            If there is none; the message names those that there are.
+        """
+        for event in self.events:
+            if event.kind == kind:
+                return event
+        raise InvalidInput(
+            f"nothing of the kind {kind!r} happened in this motion.",
+            remedy=f"There are {', '.join(sorted({event.kind for event in self.events}))}.",
+        )
+
+    def shape(self, t: float) -> Pose:
+        """Return the shape at a time, between stored steps by monotone cubics.
+
+        Parameters
+        ----------
+        t : float
+            Within the motion, in `time_unit`.
+
+        Returns
+        -------
+        Pose
+            Arc length from the tip, place, height [m] and angle [rad].
+
+        Raises
+        ------
+        InvalidInput
+            If the motion does not cover that time.
+        """
+        t = finite("t", t)
+        if not self.t[0] <= t <= self.t[-1]:
+            raise InvalidInput(
+                f"t = {t:.6g} {self.time_unit} is outside the motion, which is known from {self.t[0]:.6g} to"
+                f" {self.t[-1]:.6g}."
+            )
+        front, x, y, theta = (between(t) for between in self._between)
+        return Pose(front * self.fraction, x, y, theta)
+
+    @cached_property
+    def _between(self) -> list[Any]:
+        return [PchipInterpolator(self.t, values) for values in (self.front, self.x, self.y, self.theta)]
+
+    def _head(self) -> dict[str, Any]:
+        names = ("law", "bond", "pressure", "mass", "drag", "growth_rate", "outcome", "error", "time_error")
+        events = [list(event) for event in self.events]
+        own = {name: getattr(self, name) for name in names}
+        return {**own, "events": events, **Units.of(self.rod).rod(self.rod)}
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        parts = {name: getattr(self, name) for name in (*LINES, *SHAPES, "fraction")}
+        parts |= dict(zip(TIP, self.tip, strict=True))
+        return parts | dict(zip(ENERGIES, self.energy, strict=True))
+
+    @classmethod
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
+        rod, fraction = rod_from(head), array(arrays, "fraction")
+        if rod is None:
+            raise ValueError("it has no rod")
+        many = array(arrays, "t").shape
+        own: dict[str, Any] = entries(head, str, "law", "bond", "outcome")
+        own |= entries(head, float | int, "pressure", "mass", "growth_rate", "error", "time_error")
+        own |= entries(head, float | int | None, "drag")
+        if own["bond"] not in BONDS or own["outcome"] not in OUTCOMES:
+            raise ValueError("it has a bond or an outcome that is not known")
+        own |= {name: array(arrays, name, "f", many) for name in LINES}
+        own |= {name: array(arrays, name, "f", (*many, *fraction.shape)) for name in SHAPES}
+        tip = TipPath(*(array(arrays, name, "f", many) for name in TIP))
+        energy = Ledger(*(array(arrays, name, "f", many) for name in ENERGIES))
+        events = tuple(_happening(row) for row in head["events"])
+        return cls(rod, fraction=fraction, tip=tip, energy=energy, events=events, **own)
+
+    def _table(self) -> Table:
+        units = Units.of(self.rod)
+        energy = "T0 eta^2" if self.rod.dimensionless else "J/m"
+        columns = {"t": Column(self.t, self.time_unit), "front": Column(self.front, units.length)}
+        columns["tip height"] = Column(self.tip.y, units.length)
+        columns["tip place"] = Column(self.tip.x, units.length)
+        columns["tip angle"] = Column(self.tip.angle, "rad")
+        named = zip(ENERGIES, self.energy, strict=True)
+        columns |= {name.replace("_", " "): Column(values, energy) for name, values in named}
+        columns["certificate"] = Column(self.certificate)
+        return Table(self.schema.stamped(self._head()).items(), columns)
+
+    def __repr__(self) -> str:
+        units = Units.of(self.rod)
+        return (
+            f"Snap at {self.pressure:.6g} {units.pressure}, {self.bond} bond: {self.outcome} after"
+            f" {self.t[-1] - self.t[0]:.6g} {self.time_unit}, sbar = {self.front[-1]:.6g} {units.length};"
+            f" {len(self)} steps, error {self.error:.1e}, certificate {np.abs(self.certificate).max():.1e}"
+        )
+
+
+#: Its arrays of one number and of one shape a step, and the names of its tip and its energies in a file.
+LINES = ("t", "front", "certificate")
+SHAPES = ("x", "y", "theta")
+TIP = ("tip_y", "tip_x", "tip_angle")
+ENERGIES = ("kinetic", "bending", "separation", "work", "drag", "bond_loss")
+
+
+def _happening(row: Sequence[Any]) -> Happening:
+    kind, *numbers = row
+    if kind not in HAPPENINGS or len(numbers) != 5:
+        raise ValueError("it has an event that cannot be read")
+    return Happening(kind, *(float(number) for number in numbers))
