@@ -2,15 +2,17 @@
 
 CasADi's front end turns every argument and result into a matrix of its own and back, which
 for a few dozen unknowns costs more than the arithmetic: 70 us for a 35 x 37 Jacobian that is
-evaluated in 47 us, where its buffers take 3 us.
+evaluated in 47 us, where its buffers take 3 us.  The problems used last stay compiled, up to a bound
+on the memory they take.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -114,3 +116,36 @@ BLAS = ("classic",) if hasattr(ca, "has_blas") and ca.has_blas("classic") else (
 def product(a: Any, b: Any) -> Any:
     """Return the product of two dense matrices."""
     return ca.mtimes(a, b, *BLAS)
+
+
+class Compilable(Protocol):
+    """A problem that is compiled when asked for."""
+
+    @property
+    def weight(self) -> int:
+        """What it takes, in numbers of its matrices."""
+
+    def release(self) -> None:
+        """Drop what is compiled."""
+
+
+#: Sum of the weights of the problems whose compiled functions are kept: some 300 MB, 80 problems
+#: of law (8) or a handful of a law with twenty kinks, of which every sequence of phases is one.
+MOST_KEPT = 500_000
+
+_KEPT: OrderedDict[Compilable, int] = OrderedDict()
+_KEPT_LOCK = threading.Lock()
+
+
+def keep(problem: Compilable) -> None:
+    """Keep what is compiled of a problem, and drop that of the ones not used for longest."""
+    with _KEPT_LOCK:
+        if _KEPT and next(reversed(_KEPT)) is problem:
+            return
+        _KEPT.pop(problem, None)
+        _KEPT[problem] = problem.weight
+        total = sum(_KEPT.values())
+        while total > MOST_KEPT and len(_KEPT) > 1:
+            oldest, weight = _KEPT.popitem(last=False)
+            oldest.release()
+            total -= weight

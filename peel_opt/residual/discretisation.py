@@ -32,8 +32,7 @@ from ..base.errors import InvalidInput
 from ..model.bond import Piece
 from ..model.equations import FIELDS, SCALARS, Scalars, identity, symbolic
 from ..model.stretch import shared_kink
-from .compiled import Compiled, Pattern, is_dense
-from .kept import keep
+from .compiled import Compiled, Pattern, is_dense, keep
 
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]

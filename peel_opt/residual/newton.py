@@ -12,9 +12,8 @@ import numpy as np
 from ..base.interrupts import heard
 from ..model.equations import symbolic
 from .closures import Closing, equations, parameters, symbols
-from .compiled import Compiled, Pattern, is_dense
+from .compiled import Compiled, Pattern, is_dense, keep
 from .discretisation import Discretisation
-from .kept import keep
 from .linear import DenseFactors, SparseFactors
 
 #: Solves a factorised system for one or more right sides.

@@ -22,7 +22,7 @@ from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR, Piece
 from peel_opt.model.equations import Scalars, kernel
 from peel_opt.model.named_laws import exponential
-from peel_opt.residual import kept, programme
+from peel_opt.residual import compiled, programme
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.discretisation import PROFILE_POINTS, Discretisation, chebyshev
 from peel_opt.residual.meshes import PATH
@@ -268,7 +268,7 @@ def test_settings_that_cannot_be_meant(arguments: dict) -> None:
 
 
 def test_compiled_problems_are_kept_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept, "MOST_KEPT", 15_000)
+    monkeypatch.setattr(compiled, "MOST_KEPT", 15_000)
     first, second = COHESIVE.pieces
     problems = [Spectral(11).discretise((second, first) * n) for n in range(1, 5)]
     for problem in problems:
