@@ -22,13 +22,13 @@ from ..base.errors import AtFold, NotConverged
 from ..base.threads import one_thread
 from ..equilibria.question import Measure
 from ..model.equations import Scalars
+from ..residual.accuracy import response
 from ..residual.arclength import chart
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
 from ..residual.linear import gradient as by_scalars
 from ..residual.newton import correct
-from ..residual.rounding import response
 from ..residual.shape import Solution
 from ..residual.transcriptions import Spectral
 

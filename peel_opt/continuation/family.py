@@ -19,7 +19,7 @@ from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars, kernel
 from ..model.groups import PI4
 from ..residual import closures
-from ..residual.certificate import certificate
+from ..residual.accuracy import certificate
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import (
     PROFILE_POINTS,

@@ -16,12 +16,12 @@ import numpy as np
 
 from ..base.arrays import EPS
 from ..base.threads import one_thread
+from ..residual.accuracy import UNITS, units_lost
 from ..residual.arclength import chart
 from ..residual.closures import Closing, Closure, Plane, parameters
 from ..residual.discretisation import Discretisation
 from ..residual.linear import Linearised
 from ..residual.newton import closed_system
-from ..residual.rounding import UNITS, units_lost
 from .family import Family, StepControl
 from .points import Point, cubic, interpolated, place_of, turning
 

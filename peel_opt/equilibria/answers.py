@@ -19,7 +19,7 @@ from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.groups import PI4
 from ..model.labels import known_state
 from ..model.rod import Rod
-from ..residual.certificate import HEIGHT_NOISE
+from ..residual.accuracy import HEIGHT_NOISE
 from .ask import ask_rod, equilibrium
 from .batches import find
 from .question import ASKS, known_law

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..model.bond import LINEAR
-from ..residual.certificate import HEIGHT_NOISE, certificate, on_plate
+from ..residual.accuracy import HEIGHT_NOISE, certificate, on_plate
 from ..residual.shape import Solution
 from .methods import Answer
 from .question import Question

@@ -25,15 +25,13 @@ from ..base.threads import one_thread
 from ..continuation.points import SolvedState
 from ..model.equations import Scalars
 from ..residual import low_pressure, programme
-from ..residual.certificate import certificate
+from ..residual.accuracy import SAFE, Response, can_estimate, certificate, refinement, response
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
-from ..residual.estimate import SAFE, can_estimate, refinement
 from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
-from ..residual.rounding import Response, response
 from ..residual.spectral import SpectralDiscretisation
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .closed_form import closed_form

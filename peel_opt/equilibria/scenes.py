@@ -26,12 +26,11 @@ from ..model.dimension import DOMAINS, FORCE
 from ..model.labels import OBSERVABLE, fits, known_state
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
-from ..residual.certificate import HEIGHT_NOISE
+from ..residual.accuracy import HEIGHT_NOISE, response_to
 from ..residual.closures import READINGS, Closure
 from ..residual.linear import Linearised
 from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
-from ..residual.rounding import response_to
 from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution
 from .result import Equilibrium, Stats

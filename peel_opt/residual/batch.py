@@ -19,11 +19,10 @@ from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..model.law_arrays import mean_drops
+from .accuracy import SAFE, UNITS
 from .closures import EQUATIONS
-from .estimate import SAFE
 from .linear import IMAGINARY
 from .newton import CONTRACTION
-from .rounding import UNITS
 from .stack import TAIL, Stack, gradient
 
 #: Size of an update from which on the inverse at hand does.  Whether it still fits shows in how fast updates
@@ -132,7 +131,7 @@ class Solved:
         return 4.0 * last + EPS * (UNITS * _norm(own * self.sizes) + 2.0 * digits)
 
     def certificates(self, law: CohesiveLaw) -> np.ndarray:
-        """What `residual.certificate` says of each state, shape (states,)."""
+        """What `certificate` says of each state, shape (states,)."""
         Theta, _, height = self.shapes
         s = self.scalars
         defect = np.abs(s.alpha1 / s.beta0 + mean_drops(law, height))

@@ -6,12 +6,11 @@ import pytest
 from peel_opt.continuation.seeds import charts
 from peel_opt.equilibria.question import LENGTH, answering
 from peel_opt.model.bond import COHESIVE
+from peel_opt.residual.accuracy import certificate, response
 from peel_opt.residual.batch import solve
-from peel_opt.residual.certificate import certificate
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.linear import Linearised
 from peel_opt.residual.newton import correct
-from peel_opt.residual.rounding import response
 from peel_opt.residual.spectral import Spectral
 
 KINDS = ("ratio", "pressure")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.residual.accuracy import SAFE, can_estimate, defect, refinement
 from peel_opt.residual.closures import Closure
-from peel_opt.residual.estimate import SAFE, can_estimate, defect, refinement
 from peel_opt.residual.linear import Linearised
 from peel_opt.residual.newton import correct
 from peel_opt.residual.spectral import SpectralDiscretisation
