@@ -23,8 +23,7 @@ from ..base.threads import one_thread
 from ..equilibria.question import Measure
 from ..model.equations import Scalars
 from ..residual.accuracy import response
-from ..residual.arclength import chart
-from ..residual.closures import Closure
+from ..residual.closures import Closure, chart
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
 from ..residual.linear import gradient as by_scalars

@@ -30,8 +30,7 @@ from ..residual.discretisation import (
     chebyshev,
 )
 from ..residual.linear import Linearised
-from ..residual.low_pressure import correct_sharply
-from ..residual.newton import Correction, correct
+from ..residual.newton import Correction, correct, correct_sharply
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .corners import crossed, next_corner
 from .points import Point, arclength_between, interpolated, place_of, turning

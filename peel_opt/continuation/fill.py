@@ -17,8 +17,7 @@ import numpy as np
 from ..base.arrays import EPS
 from ..base.threads import one_thread
 from ..residual.accuracy import UNITS, units_lost
-from ..residual.arclength import chart
-from ..residual.closures import Closing, Closure, Plane, parameters
+from ..residual.closures import Closing, Closure, Plane, chart, parameters
 from ..residual.discretisation import Discretisation
 from ..residual.linear import Linearised
 from ..residual.newton import closed_system

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..model.equations import Scalars
-from ..residual.arclength import chart
-from ..residual.closures import Closing, miss
+from ..residual.closures import Closing, chart, miss
 from ..residual.discretisation import Discretisation, Profile
 from ..residual.linear import rate
 from ..residual.newton import Correction

@@ -15,7 +15,7 @@ from ..continuation.points import Point
 from ..model.bond import CohesiveLaw
 from ..model.law_samples import agree
 from ..model.named_laws import law_named
-from ..residual.arclength import chart
+from ..residual.closures import chart
 from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.linear import Linearised, gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral

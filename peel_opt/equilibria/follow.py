@@ -21,8 +21,7 @@ from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.law_samples import agree
 from ..model.named_laws import law_named
-from ..residual.arclength import chart
-from ..residual.closures import closure_for
+from ..residual.closures import chart, closure_for
 from ..residual.discretisation import PROFILE_POINTS, Profile, Transcription, chebyshev, require_transcription
 from ..residual.meshes import FOLLOWED
 from ..residual.phases import holds_its_tip

@@ -24,12 +24,12 @@ from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
 from ..continuation.points import SolvedState
 from ..model.equations import Scalars
-from ..residual import low_pressure, programme
+from ..residual import programme
 from ..residual.accuracy import SAFE, Response, can_estimate, certificate, refinement, response
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
-from ..residual.newton import Correction, correct
+from ..residual.newton import Correction, correct, correct_sharply, sharper, usual
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
 from ..residual.spectral import SpectralDiscretisation
@@ -250,9 +250,9 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         mesh, difference = min(estimates)
         error = mesh + own.rounding
         by_rounding = error > started.tol and own.rounding > min(difference, started.tol)
-        sharper = _with_low_pressure(started, chosen) if by_rounding else None
-        if sharper is not None:
-            done, rungs, before, missed = done + rungs, [sharper], 0.0, math.inf
+        digits = _with_low_pressure(started, chosen) if by_rounding else None
+        if digits is not None:
+            done, rungs, before, missed = done + rungs, [digits], 0.0, math.inf
             continue
         if not method.adaptive or len(rungs) > MOST_REFINEMENTS:
             break
@@ -271,13 +271,13 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         refinements=len(done + rungs) - 1,
         condition=own.condition,
     )
-    problem, x = low_pressure.usual(chosen.problem, chosen.correction.x)
+    problem, x = usual(chosen.problem, chosen.correction.x)
     return Answer(problem, x, error, stats, chosen.profile if problem is chosen.problem else None)
 
 
 def _with_low_pressure(started: _Started, solved: _Solved) -> _Solved | None:
     """Solve again with all digits of a low pressure, where a length is asked; None where it gains nothing."""
-    problem = low_pressure.sharper(solved.problem) if started.posed.asked == "length_ratio" else None
+    problem = sharper(solved.problem) if started.posed.asked == "length_ratio" else None
     if problem is None:
         return None
     assert isinstance(solved.problem, SpectralDiscretisation)
@@ -398,7 +398,7 @@ def _newton_solve(started: _Started, transcription: Transcription, start: np.nda
 def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing, ...]) -> Correction:
     result = correct(problem, start, given)
     if not result.converged:
-        result = low_pressure.correct_sharply(problem, start, given) or result
+        result = correct_sharply(problem, start, given) or result
     if not result.converged:
         raise NotConverged(
             f"Newton's method did not converge on {problem.size} unknowns"

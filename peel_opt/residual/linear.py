@@ -25,8 +25,7 @@ from scipy.sparse.linalg import splu
 
 from ..base.threads import one_thread
 from ..model.equations import Scalars
-from .arclength import chart
-from .closures import Closing, derivatives
+from .closures import Closing, chart, derivatives
 from .discretisation import Discretisation
 
 #: Step along the imaginary axis.  No difference is taken, so that it may be as small as this.

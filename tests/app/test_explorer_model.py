@@ -30,8 +30,7 @@ from peel_opt.app.explorer.tables import COLUMNS, scene_csv
 from peel_opt.base.units import told_apart
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
-from peel_opt.residual.arclength import chart
-from peel_opt.residual.closures import Closure, Plane
+from peel_opt.residual.closures import Closure, Plane, chart
 
 #: Cards that ask for an equilibrium.
 PROBLEMS = [

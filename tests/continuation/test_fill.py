@@ -16,8 +16,7 @@ from peel_opt.continuation.points import Point
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.named_laws import exponential
-from peel_opt.residual.arclength import chart
-from peel_opt.residual.closures import Closure, Plane
+from peel_opt.residual.closures import Closure, Plane, chart
 from peel_opt.residual.discretisation import Phases, Profile
 from peel_opt.residual.phases import fits
 from peel_opt.residual.transcriptions import Shooting, Spectral

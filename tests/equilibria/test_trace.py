@@ -19,8 +19,7 @@ from peel_opt.continuation.family import Family, StepControl, transition
 from peel_opt.continuation.points import Point
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
-from peel_opt.residual.arclength import chart
-from peel_opt.residual.closures import Closure
+from peel_opt.residual.closures import Closure, chart
 from peel_opt.residual.transcriptions import Shooting, Spectral
 
 from ..registry import REFERENCES, Reference

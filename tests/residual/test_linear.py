@@ -11,8 +11,7 @@ import pytest
 from peel_opt.continuation.primary import Family, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.equations import SCALARS, Scalars
-from peel_opt.residual.arclength import chart
-from peel_opt.residual.closures import Closure, Plane, derivatives, miss
+from peel_opt.residual.closures import Closure, Plane, chart, derivatives, miss
 from peel_opt.residual.discretisation import Discretisation
 from peel_opt.residual.linear import DenseFactors, Linearised, SparseFactors, gradient, rate
 from peel_opt.residual.meshes import PATH

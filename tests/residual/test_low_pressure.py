@@ -1,4 +1,7 @@
-"""Far below T0 the pressure is held with all its digits, where the bond has let the tip go."""
+"""Far below T0 the pressure is held with all its digits, where the bond has let the tip go.
+
+Module: `newton`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.model.equations import LowPressure, Scalars
-from peel_opt.residual.low_pressure import sharper
+from peel_opt.residual.newton import sharper
 from peel_opt.residual.spectral import SpectralDiscretisation
 
 #: Relative distances of a pressure from the least one.

@@ -23,8 +23,7 @@ from ...equilibria.branch import Branch
 from ...equilibria.branch_parts import SpecialPoint, Trivial
 from ...model.bond import CohesiveLaw
 from ...model.rod import Rod
-from ...residual.arclength import chart
-from ...residual.closures import Closure
+from ...residual.closures import Closure, chart
 from ...residual.meshes import PATH
 from .curves import Curve
 
