@@ -105,25 +105,6 @@ class Point:
         return replace(self, tangent=-self.tangent, orientation=-self.orientation, arclength=arclength)
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedState:
-    """A converged solution for the given numbers, on the mesh of a walk."""
-
-    problem: Discretisation
-    correction: Correction
-    given: tuple[Closing, ...]
-
-    @property
-    def place(self) -> np.ndarray:
-        """Coordinates of the arclength, shape (4,)."""
-        return place_of(self.problem, self.correction)
-
-    @cached_property
-    def profile(self) -> Profile:
-        """The fields, sampled."""
-        return self.problem.profile(self.correction.x)
-
-
 def turning(here: Point, there: Point) -> bool:
     """Whether the tip angle can serve as the coordinate from one point to the next."""
     turns = (here.direction[0], there.direction[0])

@@ -29,8 +29,9 @@ from ..model.equations import Scalars
 from ..residual.closures import READINGS, Closure, misses
 from ..residual.discretisation import Profile
 from ..residual.meshes import PATH
+from ..residual.newton import SolvedState
 from .family import Family, StepControl, transition
-from .points import Point, SolvedState
+from .points import Point
 from .special import CONTACT, FOLDS, Located, locate, located, tip
 
 #: Depth below the plate, as a share of the largest height, that no mesh puts a detached rod to.

@@ -22,8 +22,8 @@ from ..base.progress import progress
 from ..model.bond import COHESIVE
 from ..residual.closures import Closure
 from ..residual.meshes import PATH
+from ..residual.newton import SolvedState
 from ..residual.stack import stack_of
-from .points import SolvedState
 from .primary import PrimaryBranch, primary_branch
 from .seeds import CHARTS, FILE, LEAVES, packed
 

@@ -11,11 +11,11 @@ from typing import Any
 from ..base.checks import positive
 from ..base.errors import NotCertified, NotConverged, PeelOptError
 from ..base.threads import one_thread
-from ..continuation.points import SolvedState
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod
 from ..model.scene import Scene
 from ..residual.discretisation import Transcription
+from ..residual.newton import SolvedState
 from .certify import certify
 from .closed_form import closed_form
 from .methods import Answer, Method, as_method, solve_to_tolerance

@@ -22,14 +22,13 @@ import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
-from ..continuation.points import SolvedState
 from ..model.equations import Scalars
 from ..residual import programme
 from ..residual.accuracy import SAFE, Response, can_estimate, certificate, refinement, response
 from ..residual.closures import Closing
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
-from ..residual.newton import Correction, correct, correct_sharply, sharper, usual
+from ..residual.newton import Correction, SolvedState, correct, correct_sharply, sharper, usual
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
 from ..residual.spectral import SpectralDiscretisation

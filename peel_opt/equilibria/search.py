@@ -15,7 +15,7 @@ from ..continuation.edge_scan import scan
 from ..continuation.edge_shooting import EdgeShooting
 from ..continuation.family import Family
 from ..continuation.goal import ENDLESS
-from ..continuation.points import Point, SolvedState
+from ..continuation.points import Point
 from ..continuation.primary import Candidate, PrimaryBranch, crossings, primary_branch
 from ..continuation.tip_scan import STEEPEST, TipShooting, starts_at_length
 from ..model.bond import CohesiveLaw
@@ -23,6 +23,7 @@ from ..model.law_arrays import tip_heights
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile, Transcription
 from ..residual.meshes import SCANNED, SEARCHED
+from ..residual.newton import SolvedState
 from .states import Searched
 
 #: Range of p/T0 that is searched, for questions at a given length.

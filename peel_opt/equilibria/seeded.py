@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.threads import one_thread
-from ..continuation.points import SolvedState
 from ..residual.discretisation import Profile
 from ..residual.linear import Linearised
 from ..residual.meshes import PATH
-from ..residual.newton import correct
+from ..residual.newton import SolvedState, correct
 from ..residual.stack import TAIL
 from .question import Question
 from .unfolded import Many, Traits, labels, on_charts, starts, strayed

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeGuard
 
 import casadi as ca
@@ -18,9 +19,9 @@ import numpy as np
 
 from ..base.interrupts import heard
 from ..model.equations import symbolic
-from .closures import Closing, equations, parameters, symbols
+from .closures import Closing, chart, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense, keep
-from .discretisation import Discretisation
+from .discretisation import Discretisation, Profile
 from .linear import DenseFactors, SparseFactors
 from .spectral import Spectral, SpectralDiscretisation
 
@@ -54,6 +55,25 @@ class Correction:
     iterations: int
     step: float
     update: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedState:
+    """A converged solution for the given numbers, on its mesh."""
+
+    problem: Discretisation
+    correction: Correction
+    given: tuple[Closing, ...]
+
+    @property
+    def place(self) -> np.ndarray:
+        """Coordinates of the arclength, shape (4,)."""
+        return chart(self.correction.x[self.problem.tail])[0]
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The fields, sampled."""
+        return self.problem.profile(self.correction.x)
 
 
 def correct(problem: Discretisation, x: np.ndarray, closing: Sequence[Closing]) -> Correction:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from ...analysis.maxwell import TURN
 from ...base.errors import NotCertified, NotConverged, PeelOptError
 from ...continuation.family import Family
-from ...continuation.points import SolvedState
 from ...equilibria.ask import require_certified, solve_from, solve_question
 from ...equilibria.methods import Method
 from ...equilibria.question import Question
@@ -19,6 +18,7 @@ from ...equilibria.result import Equilibrium
 from ...equilibria.select import BranchSearch
 from ...model.labels import fits
 from ...residual.meshes import DRAFT, MOVING, SKETCH
+from ...residual.newton import SolvedState
 from ...residual.shape import Solution
 from .quick_walks import quick_branch
 from .state import METHODS, State
