@@ -22,8 +22,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from ..base.errors import NotConverged
-from ..base.interrupts import heard
-from ..base.threads import one_thread
+from ..base.threads import heard, one_thread
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual.closures import READINGS, Closure, misses

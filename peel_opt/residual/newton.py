@@ -17,7 +17,7 @@ from typing import TypeGuard
 import casadi as ca
 import numpy as np
 
-from ..base.interrupts import heard
+from ..base.threads import heard
 from ..model.equations import symbolic
 from .closures import Closing, chart, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense, keep

@@ -19,7 +19,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..base.interrupts import heard
+from ..base.threads import heard
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from .closures import EQUATIONS, Closure, derivatives

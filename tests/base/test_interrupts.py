@@ -1,4 +1,7 @@
-"""Ctrl-C that a library swallows is raised again where the computation ends."""
+"""Ctrl-C that a library swallows is raised again where the computation ends.
+
+Module: `threads`.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,7 @@ import signal
 
 import pytest
 
-from peel_opt.base.interrupts import heard
-from peel_opt.base.threads import one_thread
+from peel_opt.base.threads import heard, one_thread
 
 
 def _swallowed() -> None:
