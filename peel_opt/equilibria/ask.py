@@ -16,14 +16,13 @@ from ..model.rod import Rod
 from ..model.scene import Scene
 from ..residual.discretisation import Transcription
 from ..residual.newton import SolvedState
-from .certify import certify
 from .closed_form import closed_form
-from .methods import Answer, Method, as_method, solve_to_tolerance
+from .methods import Answer, Method, as_method, certify, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
 from .scenes import ask_scene, plain_law, refuse_options
-from .seeded import seeded
 from .select import THROUGH, BranchSearch, far_from, select
+from .unfolded import seeded
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05

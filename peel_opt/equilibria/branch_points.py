@@ -20,8 +20,7 @@ from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.linear import Linearised, gradient
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .branch_parts import FIRST
-from .certify import certify
-from .methods import Answer
+from .methods import Answer, certify
 from .question import Question
 from .result import Equilibrium, Stats
 

@@ -13,8 +13,7 @@ from ..model.labels import DISQUALIFYING, UNFOLDED
 from ..model.rod import Rod, require_ratio
 from ..model.scene import Scene
 from ..residual.discretisation import Transcription
-from .certify import certify
-from .methods import Method, as_method, solve_to_tolerance
+from .methods import Method, as_method, certify, solve_to_tolerance
 from .question import Question, rod_questions
 from .result import Equilibrium
 from .scenes import plain_law, refuse_options, states_of_scene

@@ -15,14 +15,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.threads import one_thread
 from ..continuation.seeds import BEYOND, LEAVES, Rods, charts, share_of
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
+from ..residual.discretisation import Profile
+from ..residual.linear import Linearised
+from ..residual.meshes import PATH
+from ..residual.newton import SolvedState, correct
 from ..residual.stack import TAIL, Stack
-from .question import LENGTH, PRESSURE, RATIO, Asks
+from .question import LENGTH, PRESSURE, RATIO, Asks, Question
 
 #: Where the two folds in length begin, p/T0 there, and where the second of them has gone: eta/y0 below the
 #: first has only middle states, above the last two kinds; between, three states may share a length.
@@ -236,3 +241,50 @@ def labels(question: Many, seen: Traits, sure: np.ndarray) -> np.ndarray:
     if question.state in UNFOLDED:
         belongs &= named == question.state
     return np.where(belongs, named, "")
+
+
+@dataclass(frozen=True)
+class Seeded:
+    """A state that was reached from a seed, with its label."""
+
+    solution: SolvedState
+    state: str
+
+    @property
+    def profile(self) -> Profile:
+        """The solution, sampled."""
+        return self.solution.profile
+
+
+@one_thread
+def seeded(question: Question) -> tuple[Seeded, float, int] | None:
+    """Return what `select` does of the state that a question means; None where a walk has to tell.
+
+    It takes no walk, and says nothing of other states.  Whether it finds the state does not depend on what
+    was asked before.
+    """
+    given = np.array([[closure.value for closure in question.given]])
+    many = Many(question.asks, given, question.law, question.state)
+    if question.near is not None or not many.taken()[0]:
+        return None
+    for names, rows in on_charts(many):
+        if not rows.size:
+            continue
+        for start in starts(many, names):
+            problem = PATH.discretise(start.stack.phases)
+            found = correct(problem, start.stack.spread(start.x)[0], question.given)
+            if not found.converged or strayed(found.x[None, TAIL], start.x)[0]:
+                return None
+            solution = SolvedState(problem, found, question.given)
+            fields = solution.profile.values
+            seen = Traits(
+                Theta=fields[:, :, 0].reshape(1, -1),
+                K=fields[:, :, 1].reshape(1, -1),
+                height=solution.profile.heights()[:1, 0],
+                share=problem.lengths(found.x)[None, :-1],
+                tail=found.x[None, TAIL],
+                along=Linearised.at(problem, found.x, *question.given).response()[None, TAIL],
+            )
+            label = labels(many, seen, start.sure)[0]
+            return (Seeded(solution, str(label)), math.inf, 0) if label else None
+    return None

@@ -1,4 +1,7 @@
-"""Single answers from seeds: the states of a walk, without one, and the same whatever was asked before."""
+"""Single answers from seeds: the states of a walk, without one, and the same whatever was asked before.
+
+Module: `unfolded`.
+"""
 
 from importlib import import_module
 
@@ -8,8 +11,8 @@ import pytest
 import peel_opt as po
 from peel_opt.continuation.primary import forget_branches, primary_branch
 from peel_opt.equilibria.question import Question
-from peel_opt.equilibria.seeded import seeded
 from peel_opt.equilibria.select import select
+from peel_opt.equilibria.unfolded import seeded
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import RATIOS
 from peel_opt.residual.closures import Closure
