@@ -15,7 +15,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..base.arrays import in_si
+from ..base.checks import in_si
 from ..base.errors import InvalidInput
 from ..base.roots import zeros
 from ..equilibria.trace import trace

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..base.arrays import floats, in_si
-from ..base.checks import BETA0, non_negative, positive, whole
+from ..base.arrays import floats
+from ..base.checks import BETA0, in_si, non_negative, positive, whole
 from ..base.errors import OutOfRange
 from ..base.units import told_apart
 from ..model.series import UniformSeries, uniform_series

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import brief, in_si
-from ..base.checks import positive
+from ..base.arrays import brief
+from ..base.checks import in_si, positive
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw

@@ -1,4 +1,7 @@
-"""Quantities of pint are taken wherever a number or an array is, converted or refused, never stripped."""
+"""Quantities of pint are taken wherever a number or an array is, converted or refused, never stripped.
+
+Module: `checks`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,8 @@ import pint
 import pytest
 
 import peel_opt as po
-from peel_opt.base.arrays import floats, in_si
+from peel_opt.base.arrays import floats
+from peel_opt.base.checks import in_si
 
 from ..rods import FLAP
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arrays import in_si
-from ...base.checks import flag, listed, positive
+from ...base.checks import flag, in_si, listed, positive
 from ...base.errors import InvalidInput
 from ...model.labels import OBSERVABLE, known_state
 

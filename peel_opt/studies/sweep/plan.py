@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...base.arrays import in_si
-from ...base.checks import positive
+from ...base.checks import in_si, positive
 from ...base.errors import InvalidInput
 from ...equilibria.methods import Method, as_method
 from ...equilibria.question import ASKS, known_law, rod_questions

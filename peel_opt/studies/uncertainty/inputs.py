@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from ...base.arrays import in_si
-from ...base.checks import positive
+from ...base.checks import in_si, positive
 from ...base.errors import InvalidInput
 from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
 from ...model.rod import Units
