@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,20 @@ from ..residual.meshes import PATH
 from ..residual.newton import SolvedState
 from ..residual.stack import stack_of
 from .primary import PrimaryBranch, primary_branch
-from .seeds import CHARTS, FILE, LEAVES, packed
+from .seeds import CHARTS, FILE, FOLDED, LAST_ANGLE, LEAVES, packed
+
+#: Share of the way to y0 up to which the folded states with a free arc are charted: where the tip of a rod
+#: is back at y0 just as it points along the plate, another phase begins, and they have a corner.
+CHARTED = 0.85
 
 #: Rods and states along each chart.
-GRID = {"whole": (20, 16), "within": (22, 14), "beyond": (34, 28)}
+GRID = {
+    "whole": (20, 16),
+    "within": (22, 14),
+    "beyond": (34, 28),
+    "folded": (20, 16),
+    "returning": (34, 20),
+}
 
 
 def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
@@ -38,30 +48,44 @@ def states(name: str, place: float, shares: Iterable[float]) -> np.ndarray:
     branch = primary_branch(COHESIVE, Closure("ratio", ratio))
     minimum = branch.continue_to("LP-pressure")
     assert minimum is not None
-    first, last = 0.0, minimum.point.scalars.A
-    if name != "whole":
-        half = _state(branch, Closure("pressure", 0.5))
-        leaves = half.problem.scalars(half.correction.x).A
-        first, last = (0.0, leaves) if name == "within" else (leaves, last)
-    # The states of a compliant rod crowd at T, those of a stiff one where the tip leaves y0.
-    origin = {"whole": ratio**0.75, "within": math.inf, "beyond": 0.0}[name]
+    amplitudes = _amplitudes(name, branch, minimum.point.scalars.A)
     found = []
     for share in shares:
-        amplitude = first + share * (last - first)
-        if origin < math.inf:
-            amplitude = (first + origin) * ((last + origin) / (first + origin)) ** share - origin
-        landed = _state(branch, Closure("amplitude", amplitude))
+        landed = _state(branch, Closure("amplitude", amplitudes(share)))
         met, x = len(landed.problem.phases), landed.correction.x
         if met != len(phases):
             raise RuntimeError(f"a state of the chart {name!r} has {met} phases")
         found.append(x)
     stack = stack_of(PATH, phases)
-    return packed(stack, np.array(found)[:, -stack.size :])
+    return packed(stack, np.array(found)[:, -stack.size :], folded=name in FOLDED)
 
 
-def _state(branch: PrimaryBranch, given: Closure) -> SolvedState:
-    """Return the first state of a branch at a number, on the mesh of the seeds."""
-    landed = branch.candidates(given)[0].solution
+def _amplitudes(name: str, branch: PrimaryBranch, least: float) -> Callable[[float], float]:
+    """From a share of a chart's way to the tip angle of a rod, whose pressure is least at ``least``."""
+    if name in FOLDED:
+        branch.extend(lambda _: False)
+    if name in ("whole", "folded"):
+        first, last = (0.0, least) if name == "whole" else (least, branch.points[-1].scalars.A)
+    else:
+        leaves, returns = (
+            state.problem.scalars(state.correction.x).A
+            for state in (_state(branch, Closure("pressure", 0.5), which) for which in (0, -1))
+        )
+        ends = {"within": (0.0, leaves), "beyond": (leaves, least), "returning": (least, returns)}
+        first, last = ends[name]
+    # The states of a compliant rod crowd at T, those of a stiff one where the tip leaves y0 and returns.
+    origins = {"whole": branch.family.closure.value**0.75, "beyond": 0.0, "returning": -LAST_ANGLE}
+    origin = origins.get(name, math.inf)
+    if origin == math.inf:
+        return lambda share: first + share * (last - first)
+    way = (last + origin) / (first + origin)
+    whole = CHARTED if name == "returning" else 1.0
+    return lambda share: (first + origin) * way ** (whole * share) - origin
+
+
+def _state(branch: PrimaryBranch, given: Closure, which: int = 0) -> SolvedState:
+    """Return the first state of a branch at a number, or the last, on the mesh of the seeds."""
+    landed = branch.candidates(given)[which].solution
     if landed.problem.settings != PATH:
         raise RuntimeError(f"walks are on {landed.problem.settings}")
     return landed

@@ -1,8 +1,9 @@
-"""Starts for the unfolded states of any rod under law (8), read off a file instead of walked to.
+"""Starts for states of any rod under law (8), read off a file instead of walked to.
 
-An unfolded state is known by its rod and by how far its tip has turned.  On three charts of these two
-numbers, scaled so that nothing on them is singular, the fields are smooth, and a few hundred Chebyshev
-coefficients give each of them to some four digits: one or two steps of Newton's method from a solution.
+A state of the branch from T is known by its rod and by how far its tip has turned.  On five charts of
+these two numbers, scaled so that nothing on them is singular, the fields are smooth, and a few hundred
+Chebyshev coefficients give each of them to some four digits: one or two steps of Newton's method from a
+solution.  The unfolded states have three charts, the folded ones two, up to where the tip is back at y0.
 That is what a seed is, a start and no answer; which state has been reached, and how well, is read off
 the solution.  `seeding` makes the file.
 """
@@ -28,6 +29,9 @@ from ..residual.stack import Stack, stack_of
 #: eta/y0 above which the tip of an unfolded state may leave the cohesive zone: there P_min is 1/2.
 LEAVES = 0.386459168173
 
+#: Tip angle at which that of an infinitely stiff rod is back at y0.
+LAST_ANGLE = 4.0 * math.pi / 3.0
+
 #: File of the coefficients, beside this module.
 FILE = "seeds.npz"
 
@@ -49,11 +53,13 @@ class SeedChart:
         eta/y0 from and to.
     coefficients : ndarray, shape (degrees in the rod, degrees along, numbers)
         The numbers are those of `packed`.
+    folded : bool
     """
 
     phases: Phases
     ratios: tuple[float, float]
     coefficients: np.ndarray
+    folded: bool = False
 
     @property
     def stack(self) -> Stack:
@@ -98,7 +104,8 @@ class Rods:
     def starts(self, share: np.ndarray) -> np.ndarray:
         """Unknowns of a state of each rod, some share of the way along the chart."""
         basis = _basis(share, self._degree)
-        return unpacked((basis[:, None, :] @ self.coefficients)[:, 0], self.ratio, len(self.chart.phases))
+        numbers = (basis[:, None, :] @ self.coefficients)[:, 0]
+        return unpacked(numbers, self.ratio, len(self.chart.phases), folded=self.chart.folded)
 
     def of(self, rows: np.ndarray) -> Rods:
         """Some of the rods."""
@@ -120,30 +127,41 @@ def _places(degree: int) -> np.ndarray:
     return np.ascontiguousarray(_basis(shares(), degree).T)
 
 
-def packed(stack: Stack, x: np.ndarray) -> np.ndarray:
+def packed(stack: Stack, x: np.ndarray, *, folded: bool = False) -> np.ndarray:
     """Return states as numbers that change little over a chart, shape (states, nodes + 3 or 4).
 
     Theta'' by the length of its phase; with a free arc the logarithm of what is not free; A; the
-    logarithm of (1 - P)/A, with a free arc of P; that of sigma.
+    logarithm of (1 - P)/A, with a free arc of P; that of sigma.  Of folded states, whose pressure comes
+    back to T0, there is no logarithm of 1 - P, and with a free arc A tends to `LAST_ANGLE`.
     """
     s, held = stack.scalars(x), 1.0 - stack.shares(x)
     bend = x[:, : stack.nodes] * (held * held)[:, None]
     P = s.pressure_ratio
-    free = [np.log(held), s.A, np.log(P)] if stack.free else [s.A, np.log(-s.m / s.beta0)]
-    return np.concatenate([bend, np.stack([*free, np.log(s.sigma)], axis=1)], axis=1)
+    if stack.free:
+        scalars = [np.log(held), np.log(LAST_ANGLE - s.A) if folded else s.A, np.log(P)]
+    else:
+        less = -s.m / s.beta0
+        scalars = [s.A, less / _least(s.ratio) if folded else np.log(less)]
+    return np.concatenate([bend, np.stack([*scalars, np.log(s.sigma)], axis=1)], axis=1)
 
 
-def unpacked(numbers: np.ndarray, ratio: np.ndarray, phases: int) -> np.ndarray:
+def unpacked(numbers: np.ndarray, ratio: np.ndarray, phases: int, *, folded: bool = False) -> np.ndarray:
     """Return the states that `packed` made numbers of."""
-    A, pressure, sigma = numbers[:, -3], np.exp(numbers[:, -2]), np.exp(numbers[:, -1])
+    A, pressure, sigma = numbers[:, -3], numbers[:, -2], np.exp(numbers[:, -1])
     scalars = [A, None, sigma, ratio * sigma**4 - PI4]
     if phases == 1:
-        scalars[1] = -pressure * sigma**3
+        scalars[1] = -(pressure * _least(ratio) if folded else np.exp(pressure)) * sigma**3
         return np.concatenate([numbers[:, :-3], np.stack(scalars, axis=1)], axis=1)
-    scalars[1] = (pressure - 1.0) * sigma**3 / A
+    scalars[0] = LAST_ANGLE - np.exp(A) if folded else A
+    scalars[1] = (np.exp(pressure) - 1.0) * sigma**3 / scalars[0]
     held = np.exp(numbers[:, -4])
     bend = numbers[:, :-4] / (held * held)[:, None]
     return np.concatenate([bend, np.stack([1.0 - held, *scalars], axis=1)], axis=1)
+
+
+def _least(ratio: np.ndarray) -> np.ndarray:
+    """Size of 1 - P_min: it grows with the ratio from zero to one."""
+    return ratio / (1.0 + ratio)
 
 
 def place_of(ratio: np.ndarray, ratios: tuple[float, float]) -> np.ndarray:
@@ -169,7 +187,12 @@ CHARTS: dict[str, tuple[Phases, tuple[float, float]]] = {
     "whole": (COHESIVE.pieces[:1], (RATIOS[0], LEAVES)),
     "within": (COHESIVE.pieces[:1], (LEAVES, RATIOS[1])),
     "beyond": (COHESIVE.pieces[::-1], (LEAVES, RATIOS[1])),
+    "folded": (COHESIVE.pieces[:1], (RATIOS[0], LEAVES)),
+    "returning": (COHESIVE.pieces[::-1], (LEAVES, RATIOS[1])),
 }
+
+#: Charts of folded states.
+FOLDED = ("folded", "returning")
 
 
 @lru_cache(maxsize=1)
@@ -178,7 +201,7 @@ def charts() -> dict[str, SeedChart]:
     content = files(__package__).joinpath(FILE).read_bytes()
     with np.load(BytesIO(content), allow_pickle=False) as data:
         return {
-            name: SeedChart(*known, np.ascontiguousarray(data[name], dtype=float))
+            name: SeedChart(*known, np.ascontiguousarray(data[name], dtype=float), name in FOLDED)
             for name, known in CHARTS.items()
         }
 

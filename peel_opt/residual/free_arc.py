@@ -20,12 +20,12 @@ from numpy.polynomial import chebyshev
 from ..base.quadrature import Grid
 from ..model.equations import Scalars
 
-#: Longest arc, in (k/p)^(1/3): it has turned by 2.4, which no unfolded state does.
-LONGEST = 2.6
+#: Longest arc, in (k/p)^(1/3): it has turned by 4.2, and no rod's tip turns so far before it is back at y0.
+LONGEST = 4.6
 
 #: Chebyshev nodes of the curve, Gauss nodes of its integrals, and successive approximations until it has
 #: settled to rounding.
-NODES, GAUSS, ROUNDS = 24, 60, 60
+NODES, GAUSS, ROUNDS = 48, 60, 80
 
 
 class FreeCurve(NamedTuple):
