@@ -29,7 +29,10 @@ def test_the_charts_begin_where_the_least_pressure_is_half_the_strength():
     assert minimum.pressure_ratio == pytest.approx(0.5, abs=1e-10)
 
 
-@pytest.mark.parametrize(("name", "rod"), [("whole", 3), ("within", 10), ("beyond", 2), ("beyond", 21), ("folded", 5), ("returning", 20)])
+@pytest.mark.parametrize(
+    ("name", "rod"),
+    [("whole", 3), ("within", 10), ("beyond", 2), ("beyond", 21), ("folded", 5), ("returning", 20)],
+)
 def test_a_rod_made_anew_is_the_one_in_the_file(name, rod):
     rods, along = seeding.GRID[name]
     place, shares = float(seeding.nodes(rods)[rod]), seeding.nodes(along)[::4]
