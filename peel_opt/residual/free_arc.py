@@ -25,7 +25,7 @@ LONGEST = 4.6
 
 #: Chebyshev nodes of the curve, Gauss nodes of its integrals, and successive approximations until it has
 #: settled to rounding.
-NODES, GAUSS, ROUNDS = 48, 60, 80
+NODES, GAUSS, ROUNDS = 56, 80, 120
 
 
 class FreeCurve(NamedTuple):
