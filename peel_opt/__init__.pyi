@@ -7,6 +7,8 @@ from .analysis.flaws import held_length as held_length
 from .analysis.flaws import holding_pressure as holding_pressure
 from .analysis.flaws import readhesion_pressure as readhesion_pressure
 from .analysis.hysteresis import hysteresis as hysteresis
+from .analysis.largest_flap import LargestFlap as LargestFlap
+from .analysis.largest_flap import largest_flap as largest_flap
 from .analysis.loading import LoadingCurve as LoadingCurve
 from .analysis.loading import loading_curve as loading_curve
 from .analysis.maxwell import maxwell_curve as maxwell_curve
@@ -70,6 +72,9 @@ from .equilibria.fold_curve import fold_curve as fold_curve
 from .equilibria.fold_optimum import least_lambda as least_lambda
 from .equilibria.follow import Walk as Walk
 from .equilibria.follow import follow as follow
+from .equilibria.grown import grown_flap as grown_flap
+from .equilibria.landed import flat_fold as flat_fold
+from .equilibria.landed import touching as touching
 from .equilibria.methods import Method as Method
 from .equilibria.result import Equilibrium as Equilibrium
 from .equilibria.scenes import solve as solve

@@ -105,7 +105,7 @@ class Family:
 
     def certificate(self, point: Point) -> float:
         """How far a solution misses the equation that it was not solved with."""
-        return certificate(self.law, point.profile, tip_free=self.tip_free)
+        return certificate(self.law, point.profile, point.problem.phases[0])
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the phases of a shape off its heights."""

@@ -407,7 +407,7 @@ def _entered(family: SceneFamily) -> Point:
     """
     furthest = 0.0
     for profile, way, held in _ways(family):
-        found, h = _led_over(way, profile, held)
+        found, h = led_over(way, profile, held)
         if found is not None and family.free is not None:
             found, h = _released(family, found)
             h += 1.0
@@ -472,9 +472,9 @@ def _released(
         return replace(family, holding=(Closure(held.kind, pressure),))
 
     profile = found[0].profile(found[1].x)
-    solved, furthest = _led_over(way, profile, Closure("amplitude", float(s.A)))
+    solved, furthest = led_over(way, profile, Closure("amplitude", float(s.A)))
     if solved is None:
-        return _led_over(way, profile, Closure("length", float(s.sigma)))
+        return led_over(way, profile, Closure("length", float(s.sigma)))
     return solved, furthest
 
 
@@ -493,7 +493,7 @@ def _plain(family: SceneFamily, A: float) -> SceneProfile | None:
     return SceneProfile(plain.lengths, values, plain.scalars, scene, numbers)
 
 
-def _led_over(
+def led_over(
     way: Callable[[float], SceneFamily], profile: Profile, held: Closure
 ) -> tuple[tuple[Discretisation, Correction] | None, float]:
     """Follow a state along a way from 0 to 1; None, and how far it went, where that stalls."""

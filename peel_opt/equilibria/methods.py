@@ -200,7 +200,7 @@ def _climb(started: _Started, method: Method) -> Answer:
 
 
 def _certificate(started: _Started, profile: Profile) -> float:
-    return certificate(started.posed.effective_law, profile, tip_free=started.phases[0].lost is not None)
+    return certificate(started.posed.effective_law, profile, started.phases[0])
 
 
 def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
@@ -444,7 +444,7 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
         "tip on plate": on_plate(profile, noise),
         "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
-    missed = certificate(effective, profile, tip_free=tip_free)
+    missed = certificate(effective, profile, problem.phases[0])
     certified = solved.error <= tol and missed <= tol
     return Equilibrium(
         rod=posed.rod,

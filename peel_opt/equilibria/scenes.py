@@ -121,16 +121,26 @@ def _solve(
     branches = scene_branches(question.family(SCENES))
     chosen, profile = _chosen(question, branches, state, wanted)
     walked = sum(len(branch.points) for branch in branches)
-    answered = _answered(question, profile, chosen, tol, walked, began)
-    answered = replace(answered, flags=answered.flags + far_from(wanted, answered.answer))
-    if not answered.certified:
-        raise NotCertified(
-            f"{question.words}: found {free} = {question.named(answered.answer)}, but its error"
-            f" {answered.error:.1e} or its certificate {answered.certificate:.1e} exceeds tol = {tol:.1e}.",
-            remedy="Give a larger tol; near a fold the question itself loses digits.",
-            candidates=(answered,),
-        )
-    return answered
+    found = answered(question, profile, chosen, tol, walked, began)
+    return require_certified(question, replace(found, flags=found.flags + far_from(wanted, found.answer)))
+
+
+def require_certified(question: SceneQuestion, found: Equilibrium) -> Equilibrium:
+    """Return an answer that is certified.
+
+    Raises
+    ------
+    NotCertified
+        If it is not.
+    """
+    if found.certified:
+        return found
+    raise NotCertified(
+        f"{question.words}: found {question.free} = {question.named(found.answer)}, but its error"
+        f" {found.error:.1e} or its certificate {found.certificate:.1e} exceeds tol = {found.tol:.1e}.",
+        remedy="Give a larger tol; near a fold the question itself loses digits.",
+        candidates=(found,),
+    )
 
 
 def ask_scene(
@@ -205,7 +215,7 @@ def states_of_scene(scene: Scene, given: str, value: float, tol: float) -> list[
             began, profile = time.perf_counter(), candidate.profile
             assert isinstance(profile, SceneProfile)
             walked = len(branch.points)
-            found.append(_answered(question, profile, candidate.state, tol, walked, began))
+            found.append(answered(question, profile, candidate.state, tol, walked, began))
     return found
 
 
@@ -333,7 +343,7 @@ def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBran
     return abs(READINGS[question.target.kind](first.scalars) - question.target.value) <= reach
 
 
-def _answered(
+def answered(
     question: SceneQuestion, profile: SceneProfile, state: str, tol: float, walked: int, began: float
 ) -> Equilibrium:
     """Solve on finer and finer meshes until error and certificate meet the tolerance."""

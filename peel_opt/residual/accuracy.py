@@ -26,7 +26,7 @@ import numpy as np
 
 from ..base.arrays import EPS
 from ..base.threads import one_thread
-from ..model.bond import CohesiveLaw
+from ..model.bond import CohesiveLaw, Piece
 from ..model.equations import LowPressure, Scalars
 from ..model.groups import PI4
 from .closures import Closure
@@ -56,33 +56,43 @@ def on_plate(profile: Profile, noise: float) -> bool:
     return bool(abs(heights[0, 0]) <= noise * np.abs(heights).max())
 
 
-def certificate(law: CohesiveLaw, profile: Profile, *, tip_free: bool = True) -> float:
+def certificate(law: CohesiveLaw, profile: Profile, tip: Piece) -> float:
     """How far a solution misses the equation that follows from those it was solved with.
 
     The larger of |p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero, and
     of |theta| at the plate [rad], of (14).  One of them is among the equations, the other is not.
 
     A rod whose tip is held to the plate satisfies p y_tip = Phi(y_tip) for any p, and it cannot be
-    divided by y_tip: without ``tip_free`` the first is |p y_tip - Phi(y_tip)| / (T0 y0).
+    divided by y_tip: on such a piece the first is |p y_tip - Phi(y_tip)| / (T0 y0).
+
+    Parameters
+    ----------
+    law : CohesiveLaw
+    profile : Profile
+    tip : Piece
+        The phase at the tip.
     """
     s = profile.scalars
-    tip, edge = s.A * profile.values[0, 0, 4], s.A * profile.values[-1, -1, 0]
-    defect = first_integral_defect(law, s, float(tip))
-    if not tip_free and s.beta0:
-        defect *= abs(float(tip)) * s.beta1 / s.beta0
-    return max(defect, abs(float(edge)))
+    height, edge = float(s.A * profile.values[0, 0, 4]), float(s.A * profile.values[-1, -1, 0])
+    defect = first_integral_defect(law, s, height, tip)
+    if tip.lost is None and s.beta0:
+        defect *= abs(height) * s.beta1 / s.beta0
+    return max(defect, abs(edge))
 
 
-def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float) -> float:
+def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float, tip: Piece) -> float:
     """|p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero.
 
     ``tip_height`` is y/sbar.  At beta0 = 0, where there is no T0, the identity of the linear
-    law alpha1 = -beta1 y_tip / 2 is divided by beta1 instead.
+    law alpha1 = -beta1 y_tip / 2 is divided by beta1 instead.  A bond that has let go and does not heal
+    has taken all of its work, however low the tip has come down since.
     """
     if scalars.beta0 == 0.0:
         return float(abs(scalars.alpha1 / scalars.beta1 + 0.5 * tip_height))
     u = tip_height * scalars.beta1 / scalars.beta0
-    return float(abs(scalars.alpha1 / scalars.beta0 + law.mean_drop(u)))
+    stays_open = tip.lost is not None and tip.lets_go and u < tip.start
+    drop = 1.0 - tip.work_done / u if stays_open else law.mean_drop(u)
+    return float(abs(scalars.alpha1 / scalars.beta0 + drop))
 
 
 def can_estimate(transcription: Transcription | None) -> bool:

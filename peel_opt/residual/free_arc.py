@@ -36,19 +36,19 @@ class FreeCurve(NamedTuple):
     Y: np.ndarray
 
 
-@lru_cache(maxsize=1)
-def _curve() -> np.ndarray:
-    """Chebyshev coefficients of phi/c^3, X/c and Y/c^4 in c^3 from 0 to LONGEST^3, shape (NODES, 3).
+@lru_cache(maxsize=4)
+def _curve(longest: float) -> np.ndarray:
+    """Chebyshev coefficients of phi/c^3, X/c and Y/c^4 in c^3 from 0 to longest^3, shape (NODES, 3).
 
     Of the cube of the distance these are smooth functions, and close to the tip they keep their digits.
     """
     angles = np.pi * (np.arange(NODES) + 0.5) / NODES
     to_series = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
     to_series[0] *= 0.5
-    grid, cube = Grid.gauss(GAUSS), 0.5 * LONGEST**3 * (1.0 + np.cos(angles))
+    grid, cube = Grid.gauss(GAUSS), 0.5 * longest**3 * (1.0 + np.cos(angles))
     # From values at the nodes to the mean of their polynomial between 0 and c, weighted with a power.
     there = np.multiply.outer(cube, grid.xi**3)
-    between = chebyshev.chebvander(2.0 * there / LONGEST**3 - 1.0, NODES - 1) @ to_series
+    between = chebyshev.chebvander(2.0 * there / longest**3 - 1.0, NODES - 1) @ to_series
     mean = {power: np.einsum("k,ikj->ij", grid.weights * grid.xi**power, between) for power in (0, 2, 3)}
     F, G, H = np.full(NODES, 1.0 / 6.0), np.ones(NODES), np.full(NODES, 1.0 / 24.0)
     for _ in range(ROUNDS):
@@ -58,11 +58,11 @@ def _curve() -> np.ndarray:
     return to_series @ np.stack([F, G, H], axis=1)
 
 
-def curve(c: np.ndarray) -> FreeCurve:
-    """The curve at distances 0 <= c <= LONGEST from the tip; not a number beyond."""
-    cube = np.where(np.abs(c) <= LONGEST, c * c * c, np.nan)
-    basis = np.ascontiguousarray(chebyshev.chebvander(2.0 * cube / LONGEST**3 - 1.0, NODES - 1))
-    F, G, H = np.moveaxis((basis[..., None, :] @ _curve())[..., 0, :], -1, 0)
+def curve(c: np.ndarray, longest: float = LONGEST) -> FreeCurve:
+    """The curve at distances 0 <= c <= longest from the tip; not a number beyond."""
+    cube = np.where(np.abs(c) <= longest, c * c * c, np.nan)
+    basis = np.ascontiguousarray(chebyshev.chebvander(2.0 * cube / longest**3 - 1.0, NODES - 1))
+    F, G, H = np.moveaxis((basis[..., None, :] @ _curve(longest))[..., 0, :], -1, 0)
     return FreeCurve(cube * F, c * G, c * cube * H)
 
 

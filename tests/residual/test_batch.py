@@ -69,7 +69,9 @@ def test_certificates_are_those_of_the_compiled_profile():
         found = solve(stack, KINDS, given, start)
         problem = Spectral(16).discretise(stack.phases)
         for x, own in zip(stack.spread(found.x), found.certificates(COHESIVE), strict=True):
-            assert own == pytest.approx(certificate(COHESIVE, problem.profile(x)), rel=1e-3, abs=1e-11)
+            assert own == pytest.approx(
+                certificate(COHESIVE, problem.profile(x), problem.phases[0]), rel=1e-3, abs=1e-11
+            )
 
 
 def test_a_start_that_is_none_does_not_converge_and_leaves_the_others_alone():
