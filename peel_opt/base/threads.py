@@ -13,6 +13,8 @@ while we compute, and raised again at the latest when the computation ends.
 
 from __future__ import annotations
 
+# What `signal` makes of handlers, members of an enumeration, takes it fifty times as long as the call.
+import _signal  # type: ignore[import-not-found]
 import signal
 import threading
 from contextlib import ContextDecorator
@@ -38,15 +40,16 @@ class _Heard(ContextDecorator):
         self.raised: BaseException | None = None
         self.late: FrameType | None = None
         self.quiet: set[CodeType] = {type(self).__enter__.__code__, type(self).__exit__.__code__}
+        self.press = self._press  # one object, to be known again
 
     def __enter__(self) -> None:
         if threading.current_thread() is not threading.main_thread():
             return
         if self.depth == 0:
-            self.raised, own = None, signal.getsignal(signal.SIGINT)
-            if callable(own) and own != self._press:
+            self.raised, own = None, _signal.getsignal(signal.SIGINT)
+            if callable(own) and own is not self.press:
                 self.own = own
-                signal.signal(signal.SIGINT, self._press)
+                _signal.signal(signal.SIGINT, self.press)
         self.depth += 1
 
     def __exit__(
@@ -57,13 +60,15 @@ class _Heard(ContextDecorator):
         self.depth -= 1
         own, lost = self.own, None
         if self.depth == 0 and own is not None:
-            if signal.getsignal(signal.SIGINT) == self._press:
-                signal.signal(signal.SIGINT, own)
+            if _signal.getsignal(signal.SIGINT) is self.press:
+                _signal.signal(signal.SIGINT, own)
             self.own = None
             lost, self.raised = self.raised, None
-        late, self.late = self.late, None
-        if late is not None:
-            (self._deliver if self.depth else own)(signal.SIGINT, late)
+        if self.depth:
+            self.catch_up()
+        elif self.late is not None:
+            late, self.late = self.late, None
+            own(signal.SIGINT, late)
         if lost is not None and (error is None or isinstance(error, Exception)):
             raise lost
 
@@ -72,6 +77,12 @@ class _Heard(ContextDecorator):
         if self.raised is not None and threading.current_thread() is threading.main_thread():
             lost, self.raised = self.raised, None
             raise lost
+
+    def catch_up(self) -> None:
+        """Raise what was pressed where nothing is interrupted."""
+        if self.late is not None and threading.current_thread() is threading.main_thread():
+            late, self.late = self.late, None
+            self._deliver(signal.SIGINT, late)
 
     def _press(self, number: int, frame: FrameType | None) -> None:
         around = frame
@@ -114,6 +125,12 @@ def _libraries() -> list[Any]:
     return list(ThreadpoolController().select(user_api="blas").lib_controllers)
 
 
+class _Inside(threading.local):
+    """How deep one thread is inside."""
+
+    depth = 0
+
+
 class _OneThread(ContextDecorator):
     """Hold BLAS on one thread from the first entry to the last exit, from whatever thread.
 
@@ -123,33 +140,47 @@ class _OneThread(ContextDecorator):
     """
 
     def __init__(self) -> None:
+        self.inside = _Inside()
         self.lock = threading.Lock()
         self.holders = 0
         self.before: list[int] = []
         self.owed = False
 
     def __enter__(self) -> None:
-        heard.__enter__()
-        with self.lock:
-            if self.holders == 0:
-                if not self.owed:
-                    self.before = [library.get_num_threads() for library in _libraries()]
-                for library in _libraries():
-                    library.set_num_threads(1)
-            self.holders += 1
+        if self.inside.depth == 0:
+            heard.__enter__()  # from here on nothing is interrupted before the body begins
+            with self.lock:
+                if self.holders == 0:
+                    now = [library.get_num_threads() for library in _libraries()]
+                    if not self.owed:
+                        self.before = now
+                    self._set(now, [1] * len(now))
+                self.holders += 1
+        self.inside.depth += 1
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.inside.depth -= 1
+        if self.inside.depth:
+            if heard.late is not None:
+                heard.catch_up()
+            return
         with self.lock:
             self.holders -= 1
             if self.holders == 0:
-                for library, threads in zip(_libraries(), self.before, strict=True):
-                    library.set_num_threads(threads)
-                self.owed = [library.get_num_threads() for library in _libraries()] != self.before
+                self.owed = self._set([1] * len(self.before), self.before)
         heard.__exit__(kind, error, trace)
 
+    @staticmethod
+    def _set(now: list[int], wanted: list[int]) -> bool:
+        """Set the numbers of threads that are others now; whether one of them has stayed another."""
+        others = [(lib, n) for lib, m, n in zip(_libraries(), now, wanted, strict=True) if m != n]
+        for library, number in others:
+            library.set_num_threads(number)
+        return any(library.get_num_threads() != number for library, number in others)
 
-#: Context and decorator; entering it again costs a microsecond.  What is computed in it hears Ctrl-C.
+
+#: Context and decorator; entering it again costs next to nothing.  What is computed in it hears Ctrl-C.
 one_thread = _OneThread()
 heard.quiet |= {_OneThread.__enter__.__code__, _OneThread.__exit__.__code__}
