@@ -19,8 +19,7 @@ from ..base.threads import one_thread
 from ..residual.accuracy import UNITS, units_lost
 from ..residual.closures import Closing, Closure, Plane, chart, parameters
 from ..residual.discretisation import Discretisation
-from ..residual.linear import Linearised
-from ..residual.newton import closed_system
+from ..residual.linear import Linearised, closed_system
 from .family import Family, StepControl
 from .points import Point, cubic, interpolated, place_of, turning
 

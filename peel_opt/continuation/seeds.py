@@ -12,17 +12,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.resources import files
 from io import BytesIO
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from ..model.bond import COHESIVE
 from ..model.groups import PI4
 from ..model.rod import RATIOS
 from ..residual.discretisation import Phases
+from ..residual.free_arc import polynomials
 from ..residual.meshes import PATH
 from ..residual.stack import Stack, stack_of
 
@@ -67,13 +67,21 @@ class SeedChart:
         return stack_of(PATH, self.phases)
 
     def rods(self, ratio: np.ndarray) -> Rods:
+        """Return the chart's columns at some rods within its ratios; that of a single rod is remembered."""
+        return _one_rod(self, float(ratio[0])) if len(ratio) == 1 else self.columns(ratio)
+
+    def columns(self, ratio: np.ndarray) -> Rods:
         """Return the chart's columns at some rods within its ratios."""
-        place = place_of(ratio, self.ratios)
         degrees, along, numbers = self.coefficients.shape
-        basis = _basis(place, degrees - 1)
+        basis = polynomials(place_of(ratio, self.ratios), degrees)
         # One product for each rod, so that none depends on the others.
         table = basis[:, None, :] @ self.coefficients.reshape(degrees, -1)
         return Rods(self, ratio, table.reshape(len(ratio), along, numbers))
+
+
+@lru_cache(maxsize=256)
+def _one_rod(chart: SeedChart, ratio: float) -> Rods:
+    return chart.columns(np.array([ratio]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +99,7 @@ class Rods:
     ratio: np.ndarray
     coefficients: np.ndarray
 
+    @cached_property
     def along(self) -> tuple[np.ndarray, np.ndarray]:
         """1 - P (ln P, if the tip has left y0) and ln(sigma) at `shares`, shape (rods, places)."""
         basis = _places(self._degree)
@@ -103,7 +112,7 @@ class Rods:
 
     def starts(self, share: np.ndarray) -> np.ndarray:
         """Unknowns of a state of each rod, some share of the way along the chart."""
-        basis = _basis(share, self._degree)
+        basis = polynomials(share, self._degree + 1)
         numbers = (basis[:, None, :] @ self.coefficients)[:, 0]
         return unpacked(numbers, self.ratio, len(self.chart.phases), folded=self.chart.folded)
 
@@ -116,15 +125,10 @@ class Rods:
         return self.coefficients.shape[1] - 1
 
 
-def _basis(share: np.ndarray, degree: int) -> np.ndarray:
-    """Chebyshev polynomials between 0 and 1, in rows of one piece, as products expect them."""
-    return np.ascontiguousarray(chebyshev.chebvander(2.0 * share - 1.0, degree))
-
-
 @lru_cache(maxsize=8)
 def _places(degree: int) -> np.ndarray:
     """The polynomials at `shares`, in columns."""
-    return np.ascontiguousarray(_basis(shares(), degree).T)
+    return np.ascontiguousarray(polynomials(shares(), degree + 1).T)
 
 
 def packed(stack: Stack, x: np.ndarray, *, folded: bool = False) -> np.ndarray:

@@ -228,13 +228,13 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
     What rounding has ended is not refined more than once.
     """
     began = time.perf_counter()
-    read, given = started.posed.read, started.posed.given
+    read = started.posed.read
     rungs = [_first_solve(started, method)]
     done: list[_Solved] = []
     looks, before, missed = 0, 0.0, math.inf
     while True:
         chosen = rungs[-1] if method.adaptive else rungs[0]
-        at, form = Linearised.at(chosen.problem, chosen.correction.x, *given), chosen.problem.form
+        at, form = chosen.solution.linearised, chosen.problem.form
         finer = _finer_scalars(at) if can_estimate(chosen.transcription) else None
         looks += finer is not None
         if finer is None and len(rungs) == 1:

@@ -23,7 +23,6 @@ from ..model.groups import PI4
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.discretisation import Profile
-from ..residual.linear import Linearised
 from ..residual.meshes import PATH
 from ..residual.newton import SolvedState, correct
 from ..residual.stack import TAIL, Stack
@@ -39,6 +38,9 @@ NEAR_CUSP = 2e-4
 #: How far from its start a state may be, as a share of its scalars, and by how much a length must lie
 #: beyond that of the minimum pressure for it to be sure that it does.
 STRAYED, SURE = 0.25, 5e-3
+
+#: Updates from a seed below this size leave the Jacobian as it is: the state is near.
+NEARBY = 3e-3
 
 #: What rounding may leave of an angle or a curvature that is zero.
 NOISE = 1e-7
@@ -149,7 +151,7 @@ def starts(question: Many, names: tuple[str, ...]) -> Iterator[Start]:
 def _at_pressure(question: Many, chart: tuple[str, Rods]) -> Iterator[Start]:
     name, rods = chart
     P = question.given[:, 1]
-    share = share_of(rods.along()[0], np.log(P) if name == "beyond" else 1.0 - P)
+    share = share_of(rods.along[0], np.log(P) if name == "beyond" else 1.0 - P)
     mine = np.flatnonzero(np.isfinite(share))
     if mine.size:
         yield Start(mine, rods.chart.stack, rods.of(mine).starts(share[mine]), np.ones(len(mine), bool))
@@ -157,7 +159,7 @@ def _at_pressure(question: Many, chart: tuple[str, Rods]) -> Iterator[Start]:
 
 def _at_length(question: Many, on: dict[str, Rods]) -> Iterator[Start]:
     """The state of lowest pressure: the last on the way, the first if it is to be a middle one."""
-    lengths = {name: rods.along()[1] for name, rods in on.items()}
+    lengths = {name: rods.along[1] for name, rods in on.items()}
     sought = np.log(question.sigma)
     last = question.state != "middle"
     left = np.ones(len(sought), bool)
@@ -272,7 +274,7 @@ def seeded(question: Question) -> tuple[Seeded, float, int] | None:
             continue
         for start in starts(many, names):
             problem = PATH.discretise(start.stack.phases)
-            found = correct(problem, start.stack.spread(start.x)[0], question.given)
+            found = correct(problem, start.stack.spread(start.x)[0], question.given, chord=NEARBY)
             if not found.converged or strayed(found.x[None, TAIL], start.x)[0]:
                 return None
             solution = SolvedState(problem, found, question.given)
@@ -283,7 +285,7 @@ def seeded(question: Question) -> tuple[Seeded, float, int] | None:
                 height=solution.profile.heights()[:1, 0],
                 share=problem.lengths(found.x)[None, :-1],
                 tail=found.x[None, TAIL],
-                along=Linearised.at(problem, found.x, *question.given).response()[None, TAIL],
+                along=solution.linearised.response()[None, TAIL],
             )
             label = labels(many, seen, start.sure)[0]
             return (Seeded(solution, str(label)), math.inf, 0) if label else None

@@ -190,9 +190,11 @@ def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: 
         The number itself.
     """
     problem, given = at.problem, [closure for closure in at.closing if isinstance(closure, Closure)]
-    scalars = np.eye(problem.size)[:, problem.tail]
+    wanted = np.zeros((problem.size, 1 + len(at.tail)), order="F")  # the number, then each scalar
+    wanted[:, 0] = weights
+    np.fill_diagonal(wanted[problem.tail, 1:], 1.0)
     with one_thread:
-        responses = at.factors.solve(np.column_stack([weights, scalars]), transposed=True)
+        responses = at.factors.solve(wanted, transposed=True)
         sizes = at.sizes
     own = responses[:, 0]
     by_given = np.abs(own[-len(given) :] @ at.by_given)

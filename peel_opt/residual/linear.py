@@ -18,14 +18,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, Self
 
+import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from ..base.threads import one_thread
-from ..model.equations import Scalars
-from .closures import Closing, chart, derivatives
+from ..model.equations import Scalars, symbolic
+from .closures import Closing, chart, derivatives, equations, parameters, symbols
+from .compiled import Compiled, Pattern, is_dense, keep
 from .discretisation import Discretisation
 
 #: Step along the imaginary axis.  No difference is taken, so that it may be as small as this.
@@ -112,6 +114,45 @@ def _is_odd(permutation: np.ndarray) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
+class ClosedSystem:
+    """The residual and the closures of a question, compiled into one square system."""
+
+    equations: Compiled
+    system: Compiled
+    pattern: Pattern | None
+
+    def linearise(self, x: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray | sp.csc_matrix]:
+        """Return the equations and their Jacobian."""
+        equations, jacobian = self.system(x, given)
+        return equations, jacobian if self.pattern is None else self.pattern.matrix(jacobian)
+
+
+def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
+    """Return a discretised problem with closures of these kinds, compiled; remembered by structure."""
+    keep(problem)
+    found: ClosedSystem | None = problem.closed.get(kinds)
+    if found is None:
+        found = problem.closed[kinds] = _closed_system(problem, kinds)
+    return found
+
+
+def _closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
+    (s, scalars), numbers = symbolic(problem.form), symbols(kinds)
+    closing = ca.Function("closing", [s, numbers], [equations(kinds, scalars, numbers)])
+    x, given = problem.x, ca.MX.sym("given", numbers.numel())
+    values = closing(x[problem.tail], given)
+    residual, jacobian = problem.linearised(x)
+    jacobian = ca.vertcat(jacobian, ca.jacobian(values, x))
+    dense = is_dense(jacobian.sparsity())
+    if dense:
+        jacobian = ca.densify(jacobian)
+    system = ca.Function("system", [x, given], [ca.vertcat(residual, values), jacobian])
+    together = ca.Function("together", [x, given], [ca.vertcat(problem.expression, values)])
+    pattern = None if dense else Pattern.of(system.sparsity_out(1))
+    return ClosedSystem(Compiled(together), Compiled(system), pattern)
+
+
+@dataclass(frozen=True, eq=False)
 class Linearised:
     """A closed problem linearised at one place.
 
@@ -121,11 +162,14 @@ class Linearised:
     x : ndarray, shape (n,)
     closing : tuple of Closure and Plane
         As many equations on the scalars as make the system square.
+    near : Linearised, optional
+        The same problem linearised so near that its Jacobian and its factors serve here.
     """
 
     problem: Discretisation
     x: np.ndarray
     closing: tuple[Closing, ...]
+    near: Linearised | None = None
 
     @classmethod
     def at(cls, problem: Discretisation, x: np.ndarray, *closing: Closing) -> Self:
@@ -138,23 +182,35 @@ class Linearised:
         return self.x[self.problem.tail]
 
     @cached_property
+    def _evaluated(self) -> tuple[np.ndarray, np.ndarray | sp.csc_matrix]:
+        system = closed_system(self.problem, tuple(closure.kind for closure in self.closing))
+        return system.linearise(self.x, parameters(self.closing))
+
+    @property
+    def equations(self) -> np.ndarray:
+        """Residual, and what the closures miss."""
+        return self._evaluated[0]
+
+    @property
+    def matrix(self) -> np.ndarray | sp.csc_matrix:
+        """J; sparse in large systems that are mostly zeros."""
+        return self._evaluated[1] if self.near is None else self.near.matrix
+
+    @property
     def jacobian(self) -> np.ndarray | sp.csc_matrix:
         """R_x."""
-        return self.problem.linearise(self.x)[1]
-
-    @cached_property
-    def _closures(self) -> tuple[np.ndarray, np.ndarray]:
-        return derivatives(self.closing, self.tail, self.problem.form)
+        return self.matrix[: -len(self.closing)]
 
     @property
     def border(self) -> np.ndarray:
         """Derivatives of the closures by the scalars, shape (closures, scalars)."""
-        return self._closures[0]
+        border = self.matrix[-len(self.closing) :, self.problem.tail]
+        return border if isinstance(border, np.ndarray) else border.toarray()
 
-    @property
+    @cached_property
     def by_given(self) -> np.ndarray:
         """Derivatives of the closures by their given numbers, shape (closures, numbers)."""
-        return self._closures[1]
+        return derivatives(self.closing, self.tail, self.problem.form)[1]
 
     @cached_property
     def factors(self) -> Factors:
@@ -165,21 +221,18 @@ class Linearised:
         numpy.linalg.LinAlgError, RuntimeError
             If it is singular.
         """
-        n, k = self.problem.size, len(self.border)
-        if isinstance(self.jacobian, np.ndarray):
-            matrix = np.zeros((n, n), order="F")
-            matrix[: n - k] = self.jacobian
-            matrix[n - k :, self.problem.tail] = self.border
-            return DenseFactors(matrix)
-        wide = np.zeros((k, n))
-        wide[:, self.problem.tail] = self.border
-        return SparseFactors(sp.vstack([self.jacobian, sp.csc_matrix(wide)]).tocsc())
+        if self.near is not None:
+            return self.near.factors
+        matrix = self.matrix
+        return (
+            DenseFactors(matrix.copy(order="F")) if isinstance(matrix, np.ndarray) else SparseFactors(matrix)
+        )
 
     @property
     def sizes(self) -> np.ndarray:
         """Size of the terms of every equation, |J| |x|."""
-        own: np.ndarray = abs(self.jacobian) @ np.abs(self.x)
-        return np.append(own, np.abs(self.border) @ np.abs(self.tail))
+        sizes: np.ndarray = abs(self.matrix) @ np.abs(self.x)
+        return sizes
 
     def sign(self) -> int:
         """Sign of det J; along a branch it changes only where another one crosses it."""
@@ -188,7 +241,7 @@ class Linearised:
     def response(self) -> np.ndarray:
         """dx/d(given), shape (n, numbers)."""
         right = np.zeros((self.problem.size, self.by_given.shape[1]), order="F")
-        right[-len(self.border) :] = -self.by_given
+        right[-len(self.closing) :] = -self.by_given
         return self.factors.solve(right)
 
     def adjoint(self, weights: np.ndarray) -> np.ndarray:
@@ -238,4 +291,6 @@ def gradient(
     read: Callable[[Scalars], float], scalars: np.ndarray, form: type[Scalars] = Scalars
 ) -> np.ndarray:
     """Derivatives of a number by what stands for each of the scalars."""
-    return np.array([rate(read, scalars, unit, form) for unit in np.eye(len(scalars))])
+    values = scalars.tolist()
+    moved = ([*values[:k], complex(values[k], IMAGINARY), *values[k + 1 :]] for k in range(len(values)))
+    return np.array([complex(read(form.of_unknowns(*each))).imag / IMAGINARY for each in moved])

@@ -10,19 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeGuard
 
-import casadi as ca
 import numpy as np
 
 from ..base.threads import heard
-from ..model.equations import symbolic
-from .closures import Closing, chart, equations, parameters, symbols
-from .compiled import Compiled, Pattern, is_dense, keep
+from .closures import Closing, chart, parameters
 from .discretisation import Discretisation, Profile
-from .linear import DenseFactors, SparseFactors
+from .linear import Linearised, closed_system
 from .spectral import Spectral, SpectralDiscretisation
 
 #: Solves a factorised system for one or more right sides.
@@ -38,6 +35,10 @@ CHORD = 1e-5
 #: Factors are renewed when an update is not smaller than this share of the one before.
 CONTRACTION = 0.1
 
+#: Change of the Jacobian, as a share, up to which its factors serve for that of the solution, and size of an
+#: update from which on the next one shows it.
+SERVES, ROUGH = 2e-3, 1e-8
+
 #: Updates below this size go on: beside the least pressure, a double root, each is half of the one before.
 HALVING = 1e-3
 
@@ -47,7 +48,8 @@ class Correction:
     """Outcome of a Newton correction.
 
     ``step`` is the size of the last update relative to the unknowns, ``update`` that update
-    itself: once converged, what rounding leaves.
+    itself: once converged, what rounding leaves.  ``drift`` says how much the Jacobian has changed since
+    its factors were taken, as a share; where that is little, ``last`` is where they were.
     """
 
     x: np.ndarray
@@ -55,6 +57,8 @@ class Correction:
     iterations: int
     step: float
     update: np.ndarray
+    drift: float = 0.0
+    last: Linearised | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +79,15 @@ class SolvedState:
         """The fields, sampled."""
         return self.problem.profile(self.correction.x)
 
+    @cached_property
+    def linearised(self) -> Linearised:
+        """The problem linearised here, with the factors of the correction where they still serve."""
+        return Linearised(self.problem, self.correction.x, self.given, self.correction.last)
 
-def correct(problem: Discretisation, x: np.ndarray, closing: Sequence[Closing]) -> Correction:
+
+def correct(
+    problem: Discretisation, x: np.ndarray, closing: Sequence[Closing], *, chord: float = CHORD
+) -> Correction:
     """Solve R(x) = 0 together with closures from the guess ``x``.
 
     Parameters
@@ -85,62 +96,28 @@ def correct(problem: Discretisation, x: np.ndarray, closing: Sequence[Closing]) 
     x : ndarray, shape (n,)
     closing : sequence of Closure and Plane
         The further equations on the scalars, compiled with the residual.
+    chord : float
+        Updates below this size leave the Jacobian as it is.
 
     Returns
     -------
     Correction
         ``converged`` is False if the updates did not shrink; nothing is raised.
     """
+    closing, given = tuple(closing), parameters(closing)
     closed = closed_system(problem, tuple(closure.kind for closure in closing))
-    given = parameters(closing)
-    return newton(
-        lambda x: closed.linearise(x, given),
-        x,
-        _block_scale(problem, x),
-        equations=lambda x: closed.equations(x, given)[0],
-    )
+    last = Linearised(problem, x, closing)
 
+    def linearise(x: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
+        nonlocal last
+        last = Linearised(problem, x, closing)
+        return last.equations, lambda: last.factors.solve
 
-@dataclass(frozen=True, eq=False)
-class ClosedSystem:
-    """The residual and the closures of a question, compiled into one square system."""
+    def values(x: np.ndarray) -> np.ndarray:
+        return closed.equations(x, given)[0]
 
-    equations: Compiled
-    system: Compiled
-    pattern: Pattern | None
-
-    def linearise(self, x: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, Callable[[], Solver]]:
-        """Return the equations, and the means to factorise their Jacobian."""
-        equations, jacobian = self.system(x, given)
-        if self.pattern is None:
-            return equations, lambda: DenseFactors(jacobian).solve
-        matrix = self.pattern.matrix(jacobian)
-        return equations, lambda: SparseFactors(matrix).solve
-
-
-def closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
-    """Return a discretised problem with closures of these kinds, compiled; remembered by structure."""
-    keep(problem)
-    found: ClosedSystem | None = problem.closed.get(kinds)
-    if found is None:
-        found = problem.closed[kinds] = _closed_system(problem, kinds)
-    return found
-
-
-def _closed_system(problem: Discretisation, kinds: tuple[str, ...]) -> ClosedSystem:
-    (s, scalars), numbers = symbolic(problem.form), symbols(kinds)
-    closing = ca.Function("closing", [s, numbers], [equations(kinds, scalars, numbers)])
-    x, given = problem.x, ca.MX.sym("given", numbers.numel())
-    values = closing(x[problem.tail], given)
-    residual, jacobian = problem.linearised(x)
-    jacobian = ca.vertcat(jacobian, ca.jacobian(values, x))
-    dense = is_dense(jacobian.sparsity())
-    if dense:
-        jacobian = ca.densify(jacobian)
-    system = ca.Function("system", [x, given], [ca.vertcat(residual, values), jacobian])
-    together = ca.Function("together", [x, given], [ca.vertcat(problem.expression, values)])
-    pattern = None if dense else Pattern.of(system.sparsity_out(1))
-    return ClosedSystem(Compiled(together), Compiled(system), pattern)
+    found = newton(linearise, x, _block_scale(problem, x), equations=values, chord=chord)
+    return replace(found, last=last) if found.drift <= SERVES else found
 
 
 def newton(
@@ -151,6 +128,7 @@ def newton(
     tol: float = 1e-11,
     max_iterations: int = 12,
     equations: Callable[[np.ndarray], np.ndarray] | None = None,
+    chord: float = CHORD,
 ) -> Correction:
     """Newton's method for a square system.
 
@@ -165,32 +143,36 @@ def newton(
     max_iterations : int
     equations : callable, optional
         The equations alone.  With them, the last updates reuse the factors at hand.
+    chord : float
+        Updates below this size do.
     """
-    previous, step, update = np.inf, np.inf, np.zeros_like(x)
+    previous, step, update, drift = np.inf, np.inf, np.zeros_like(x), 0.0
     solve: Solver | None = None
     for iteration in range(1, max_iterations + 1):
-        chord = equations is not None and step < min(CHORD, CONTRACTION * previous)
+        kept = equations is not None and step < min(chord, CONTRACTION * previous)
         try:
-            if chord:
+            if kept:
                 assert equations is not None
                 values = equations(x)
             else:
                 values, factorise = linearise(x)
             if not float(np.abs(values).max()) < math.inf:  # also where it is not a number
                 return Correction(x, False, iteration, np.inf, update)
-            if not chord:
-                solve = factorise()
+            if not kept:
+                solve, drift = factorise(), 0.0
             assert solve is not None
             update = solve(-values)
         except (np.linalg.LinAlgError, RuntimeError, ValueError):
             heard.check()  # CasADi may have met an interrupt
             return Correction(x, False, iteration, np.inf, update)
         previous, step = step, float((np.abs(update) / scale).max())
+        if kept and previous > ROUGH:  # below, what rounding leaves does not shrink
+            drift = max(drift, 2.0 * step / previous)
         if not step <= 1e3:  # also where it is not a number
             return Correction(x, False, iteration, step, update)
         x = x + update
-        if step < tol or (not chord and step < 1e4 * tol and step > 0.5 * previous):
-            return Correction(x, True, iteration, step, update)
+        if step < tol or (not kept and step < 1e4 * tol and step > 0.5 * previous):
+            return Correction(x, True, iteration, step, update, drift)
     return Correction(x, False, max_iterations, step, update)
 
 

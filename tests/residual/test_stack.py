@@ -9,7 +9,7 @@ from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.equations import Scalars
 from peel_opt.residual import free_arc
 from peel_opt.residual.batch import solve
-from peel_opt.residual.newton import closed_system
+from peel_opt.residual.linear import closed_system
 from peel_opt.residual.spectral import Spectral
 from peel_opt.residual.stack import serves, stack_of
 

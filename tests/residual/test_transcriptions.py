@@ -25,8 +25,9 @@ from peel_opt.model.named_laws import exponential
 from peel_opt.residual import compiled, programme
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.discretisation import PROFILE_POINTS, Discretisation, chebyshev
+from peel_opt.residual.linear import closed_system
 from peel_opt.residual.meshes import PATH
-from peel_opt.residual.newton import closed_system, correct, newton
+from peel_opt.residual.newton import correct, newton
 from peel_opt.residual.transcriptions import Collocation, Profile, Shooting, Spectral, Transcription
 
 GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))

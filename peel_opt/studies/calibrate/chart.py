@@ -20,7 +20,7 @@ from ...continuation.points import Point
 from ...model.bond import Affine, CohesiveLaw
 from ...residual.closures import Closing, Closure, parameters
 from ...residual.discretisation import Discretisation, Profile
-from ...residual.newton import closed_system
+from ...residual.linear import closed_system
 from ...residual.transcriptions import Spectral
 
 #: Largest A at which a state is looked for: the tips of all rods are on the plate before.
