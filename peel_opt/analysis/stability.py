@@ -13,7 +13,6 @@ import numpy as np
 
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
-from ..equilibria.branch_points import discretised
 from ..equilibria.result import Equilibrium
 from ..residual.closures import Closure
 from ..residual.motions import Spectrum
@@ -41,7 +40,8 @@ class Stability:
         Sign of det K, the same for any inertia: -1 if an odd number of real eigenvalues is negative,
         0 if one of them is within its error of zero, as at contact and at a fold in pressure.
     volume_index : int
-        The same count as ``index`` when the swept volume is held instead of the pressure.
+        The same count as ``index`` when the swept volume is held instead of the pressure; None in a scene
+        whose pressure is not uniform or not alone, which holds no volume.
     """
 
     eigenvalues: np.ndarray
@@ -50,7 +50,7 @@ class Stability:
     flutter: bool
     growth: float
     determinant_sign: int
-    volume_index: int
+    volume_index: int | None
 
     @classmethod
     def read(cls, found: Spectrum) -> Self:
@@ -76,12 +76,12 @@ class Stability:
         return self.index == 0 and not self.flutter and not self.marginal
 
     def __repr__(self) -> str:
-        volume = f"index {self.volume_index} at fixed volume"
+        volume = "" if self.volume_index is None else f" index {self.volume_index} at fixed volume;"
         if self.index or self.flutter:
             word = f"unstable (index {self.index}{', flutter' if self.flutter else ''})"
         else:
             word = "marginal" if self.marginal else "stable"
-        return f"Stability({word} at fixed pressure; {volume}; error {self.error:.0e})"
+        return f"Stability({word} at fixed pressure;{volume} error {self.error:.0e})"
 
 
 def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
@@ -110,25 +110,24 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
     1
     """
     if isinstance(state, Branch):
-        return Stability.read(Spectrum(*discretised(state, range(len(state))[i])))
+        return Stability.read(Spectrum(*state.solution_at(range(len(state))[i])))
     if not isinstance(state, Equilibrium):
         raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
-    state.require_papers_scene("stability")
     if not isinstance(state.source, Solution):
         raise InvalidInput(
             "this equilibrium carries no discrete solution to linearise about.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    return Stability.read(Spectrum(state.source.problem, state.source.x, _given(state)))
+    return Stability.read(Spectrum(state.source.problem, state.source.x, *_given(state)))
 
 
-def _given(eq: Equilibrium) -> Closure:
-    """Return the number that an equilibrium was asked at, beside the rod or beta0."""
+def _given(eq: Equilibrium) -> tuple[Closure, ...]:
+    """Return the numbers that an equilibrium was asked at, beside the rod or beta0."""
     if eq.answered == "alpha1":
-        return Closure("lam", eq.lam)
-    if eq.answered == "length_ratio":
-        return Closure("pressure", eq.pressure_ratio)
-    return Closure("length", eq.length_ratio)
+        return (Closure("lam", eq.lam),)
+    pressure, length = Closure("pressure", eq.pressure_ratio), Closure("length", eq.length_ratio)
+    of = {"length_ratio": (pressure,), "pressure_ratio": (length,)}
+    return of.get(eq.answered, (pressure, length))
 
 
 #: What the paper reads off its effective potential at a given length: minimum or maximum.
@@ -179,6 +178,6 @@ def control_table(eq: Equilibrium) -> dict[str, str]:
         "fixed pressure, heavy drag": (
             "marginal" if abs(found.growth) <= doubt else "unstable" if found.growth > 0.0 else "stable"
         ),
-        "fixed swept volume": word(found.volume_index),
+        "fixed swept volume": "not covered" if found.volume_index is None else word(found.volume_index),
         "fixed length (paper)": PAPER_LABELS.get(eq.state, "not covered"),
     }

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..model.bond import CohesiveLaw
+    from ..residual.discretisation import Discretisation
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +165,21 @@ class Branch(AmplitudeGroups[np.ndarray], Stored):
     def __iter__(self) -> Iterator[Any]:
         return (self[i] for i in range(len(self)))
 
+    @property
+    def carries_solutions(self) -> bool:
+        """Whether it has what was solved at its points, beside the numbers of its columns."""
+        return self.solutions is not None
+
+    def solution_at(self, i: int) -> tuple[Discretisation, np.ndarray]:
+        """Return the discrete problem of a point and its solution.
+
+        Raises
+        ------
+        InvalidInput
+            If the branch carries none.
+        """
+        return discretised(self, i)
+
     def _sliced(self, which: slice) -> Branch:
         rows = range(len(self))[which]
         place = {row: i for i, row in enumerate(rows)}
@@ -205,9 +221,9 @@ class Branch(AmplitudeGroups[np.ndarray], Stored):
     @one_thread
     def with_stability(self) -> Branch:
         """Return the branch with ``index`` and ``flutter`` computed, where it carries its solutions."""
-        if self.index is not None or self.solutions is None:
+        if self.index is not None or not self.carries_solutions:
             return self
-        found = [Spectrum(*discretised(self, i)) for i in range(len(self))]
+        found = [Spectrum(*self.solution_at(i)) for i in range(len(self))]
         index, flutter = np.array([(s.index, s.flutter) for s in found], dtype=int).reshape(-1, 2).T
         return replace(self, index=index, flutter=flutter)
 

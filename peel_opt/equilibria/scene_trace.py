@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
 from ..model.tips import TipLoad
 from ..residual.closures import Closure
+from ..residual.discretisation import Discretisation
 from ..residual.meshes import SCENES_TRACED
 from ..residual.scene_spectral import SceneSpectral
 from .assembly import WalkedSide, columns_of, special_points_of
@@ -26,7 +27,7 @@ from .scenes import solve
 LEAST = 1e-5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SceneTrace(Branch):
     """The branch of a scene, from its small states or its transition on.
 
@@ -36,9 +37,33 @@ class SceneTrace(Branch):
     ----------
     scene : Scene
         What it is the branch of.
+    family : SceneFamily or None
+    points : tuple of Point
+        What was solved; with the family missing where the branch came from another process.
     """
 
     scene: Scene | None = field(default=None, repr=False)
+    family: SceneFamily | None = field(default=None, repr=False)
+    points: tuple[Point, ...] = field(default=(), repr=False)
+
+    @property
+    def carries_solutions(self) -> bool:
+        """Whether it has what was solved at its points."""
+        return self.family is not None
+
+    def solution_at(self, i: int) -> tuple[Discretisation, np.ndarray]:
+        """Return the discrete problem of a point and its solution."""
+        if self.family is None:
+            raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
+        return self.points[i].problem, self.points[i].x
+
+    def _sliced(self, which: slice) -> SceneTrace:
+        sliced = super()._sliced(which)
+        assert isinstance(sliced, SceneTrace)
+        return replace(sliced, points=self.points[which])
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"family": None, "points": ()}  # compiled functions do not travel
 
     def __getitem__(self, which: int | slice) -> Any:
         if isinstance(which, slice) or self.scene is None:
@@ -118,4 +143,6 @@ def _assembled(
         ended=walked.ends[1],
         options=options,
         scene=scene,
+        family=family,
+        points=tuple(every),
     )

@@ -1,13 +1,17 @@
 """Small motions of the detached part with its edge clamped, in piecewise polynomials, one element per phase.
 
-The bond is one-sided, so to first order the edge does not move: perturbations keep
+The bond is one-sided, so to first order the edge carries no force as it moves: perturbations keep
 theta(1) = y(1) = 0.  With phi = delta theta, displacements follow by integration from the edge,
 
     delta x = int_xi^1 sin(theta) phi,    delta y = -int_xi^1 cos(theta) phi,
 
-and the virtual work of bending, pressure and bond, linearised, gives K phi = mu M phi for
-motions exp(+-sqrt(-mu) t) of a rod with unit mass per length.  The pressure turns with the
-rod, so K is not symmetric.
+and the virtual work of bending, loads and bond, linearised, gives K phi = mu M phi for
+motions exp(+-sqrt(-mu) t) of a rod with unit mass per length, or exp(-mu t) under as much drag.  A
+pressure turns with the rod, so K is not symmetric.
+
+The edge does follow, to where theta' is what it was there: by -phi'/theta'', which a load that
+stretches with the detached length feels at once.  Where the front itself has an energy, theta' is
+not zero there, and both conditions of a front that moves make phi' = phi theta''/theta' at the edge.
 
 Where the traction of the law jumps by [tau] at a height y_k, that
 height moves along the rod by delta y / |y'|, and with it the bond that has already let go:
@@ -19,23 +23,22 @@ a spring at the point xi_k, negative for a traction that drops.
 
 from __future__ import annotations
 
-from itertools import pairwise
+from functools import cached_property
 
-import casadi as ca
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.linalg import eig
+from scipy.linalg import eig, null_space
 
 from ..base.errors import NotConverged
 from ..base.quadrature import Grid
 from ..base.threads import one_thread
-from ..model.bond import Piece
-from ..model.equations import Scalars
-from ..model.stretch import shared_kink
 from .closures import Closure
 from .discretisation import Discretisation
+from .load_rates import LoadRates, plain_load_rates
 from .meshes import MOTIONS
 from .newton import correct
+from .scene_load_rates import scene_load_rates
+from .scene_spectral import SceneDiscretisation, SceneSpectral
 from .spectral import Spectral
 
 #: Polynomial degrees per phase of the two solves whose difference is the error.
@@ -47,11 +50,11 @@ REPORTED = 4
 #: How far a state may be, relative to its size, from itself on a finer mesh.
 APART = 0.1
 
+#: An eigenvalue, over the next, up to which it is that of a strip that shifts along its wall.
+SHIFT = 1e-6
+
 #: Imaginary part, relative to the magnitude, from which a pair counts as complex.
 COMPLEX = 1e-7
-
-#: A jump of the traction over T0 up to here is rounding.
-NO_JUMP = 1e-9
 
 
 class Spectrum:
@@ -64,7 +67,7 @@ class Spectrum:
     ----------
     problem : Discretisation
     x : ndarray
-    given : Closure, optional
+    *given : Closure
         What the state was asked at, beside the rod; without it the finer state is that of the
         same tip angle.
 
@@ -88,7 +91,7 @@ class Spectrum:
     """
 
     @one_thread
-    def __init__(self, problem: Discretisation, x: np.ndarray, given: Closure | None = None) -> None:
+    def __init__(self, problem: Discretisation, x: np.ndarray, *given: Closure) -> None:
         problem, x = problem.without_points(x)
         states = (problem, x), _finer(problem, x, given)
         coarse, self._fine = (Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True))
@@ -113,25 +116,28 @@ class Spectrum:
         return 0 if self.marginal else self._fine.determinant_sign()
 
     @one_thread
-    def volume_index(self) -> int:
-        """The same count as ``index`` when the swept volume is held."""
+    def volume_index(self) -> int | None:
+        """The same count as ``index`` when the swept volume is held; None where no pressure does that."""
+        if not self._fine.rates.encloses:
+            return None
         return _negative(self._fine.eigenvalues(fixed_volume=True), self.error)
 
 
 def _finer(
-    problem: Discretisation, x: np.ndarray, given: Closure | None
+    problem: Discretisation, x: np.ndarray, given: tuple[Closure, ...]
 ) -> tuple[Discretisation, np.ndarray]:
     """Return the same state on a finer mesh."""
     s, own = problem.scalars(x), problem.settings
-    finer = (own.refined() if isinstance(own, Spectral) else MOTIONS).discretise(problem.phases)
+    mesh = own.refined() if isinstance(own, Spectral | SceneSpectral) else MOTIONS
+    finer = mesh.discretise(problem.phases)
     rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
     start = problem.prolonged(x, finer)
-    for second in (given, Closure("amplitude", s.A)):  # at a fold only the latter is regular
-        if second is not None:
-            found = correct(finer, start, (rod, second))
-            here, there = x[problem.tail], found.x[finer.tail]
-            if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < APART:
-                return finer, found.x
+    at_a_fold = (*given[:-1], Closure("amplitude", s.A))  # where only this one is regular
+    for closing in (given, at_a_fold) if given else (at_a_fold,):
+        found = correct(finer, start, (rod, *closing))
+        here, there = x[problem.tail], found.x[finer.tail]
+        if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < APART:
+            return finer, found.x
     raise NotConverged(
         "the state could not be solved again on a finer mesh, to tell the error of its motions.",
         remedy="Compute it with a finer method or a smaller tol.",
@@ -148,104 +154,133 @@ def _negative(mu: np.ndarray, error: float) -> int:
 
 
 class Motions:
-    """Stiffness and mass of small motions in piecewise polynomials, one element per phase."""
+    """Stiffness and mass of small motions in piecewise polynomials, one element per phase.
+
+    Attributes
+    ----------
+    mass : ndarray, shape (m, m)
+        int (dx dx + dy dy), of unit mass per length; the same for a drag that is the same in all directions.
+    stiffness : ndarray, shape (m, m)
+        Bending, the turning of the reaction force, and the change of the loads.
+    """
 
     def __init__(self, problem: Discretisation, x: np.ndarray, degree: int) -> None:
-        self.scalars, lengths = problem.scalars(x), problem.lengths(x)
         grid = Grid.gauss(degree + 8)
-        nodes, weights = grid.xi, grid.weights
-        count, points = len(lengths), len(nodes)
-        sample = problem.sampler(nodes)(x).full() * self.scalars.A
-        theta, nx, ny, y = (sample[:, i] for i in (0, 2, 3, 4))
-        self.weights = np.concatenate([length * weights for length in lengths])
-        value, slope = _continuous_basis(degree, nodes, lengths)
-        self.value, self.slope = value, slope
+        self.lengths = problem.lengths(x)
+        self.rates = _load_rates(problem, x, grid.xi)
+        self.weights = np.concatenate([length * grid.weights for length in self.lengths])
+        moves = self.rates.curl != 0.0
+        self.value, self.slope = _continuous_basis(degree, grid.xi, self.lengths, free_edge=moves)
         # Integrals from each point to the edge: within its phase and over those after it.
-        inside = np.kron(np.diag(lengths), grid.to_right)
-        after = np.kron(np.triu(np.ones((count, count)), 1) * lengths, np.ones((points, 1)) * weights)
-        outward = inside + after
-        self.dx = outward @ (np.sin(theta)[:, None] * value)
-        self.dy = -outward @ (np.cos(theta)[:, None] * value)
-        self.theta = theta
-        self.force = np.cos(theta) * nx + np.sin(theta) * ny
-        self.softening = np.concatenate(
-            [
-                _softening(piece, self.scalars, y[j * points : (j + 1) * points])
-                for j, piece in enumerate(problem.phases)
-            ]
-        )
-        angles = problem.sampler(np.ones(1))(x).full()[:-1, 0] * self.scalars.A
-        neighbours = zip(pairwise(problem.phases), angles, strict=True)
-        self.springs = np.array([_spring(*pair, self.scalars, angle) for pair, angle in neighbours])
-        # The value of delta y at each switch: integrals over the phases after it.
-        past = np.kron(np.triu(np.ones((count, count)), 1) * lengths, weights)[: count - 1]
-        self.dy_at_switches = -past @ (np.cos(theta)[:, None] * value)
+        count, points = len(self.lengths), len(grid.xi)
+        inside = np.kron(np.diag(self.lengths), grid.to_right)
+        over = np.ones((points, 1)) * grid.weights
+        outward = inside + np.kron(np.triu(np.ones((count, count)), 1) * self.lengths, over)
+        theta = self.rates.theta[:, None]
+        self.rate_x, self.rate_y = np.sin(theta) * self.value, -np.cos(theta) * self.value
+        self.dx, self.dy = outward @ self.rate_x, outward @ self.rate_y
+        #: theta, x and y of the tip.
+        turn = np.eye(1, self.value.shape[1])[0]
+        self.tip = np.stack([turn, self.weights @ self.rate_x, self.weights @ self.rate_y])
+        self.mass = self.dx.T @ self._weighted(self.dx) + self.dy.T @ self._weighted(self.dy)
+        self.stiffness = self._stiffness()
 
-    @property
-    def mass(self) -> np.ndarray:
-        """int (dx dx + dy dy)."""
-        w = self.weights[:, None]
-        return self.dx.T @ (w * self.dx) + self.dy.T @ (w * self.dy)
+    def _weighted(self, field: np.ndarray) -> np.ndarray:
+        return self.weights[:, None] * field
 
-    @property
-    def stiffness(self) -> np.ndarray:
-        """Bending, the turning of the reaction force, and the change of pressure and bond."""
-        w, alpha = self.weights[:, None], self.scalars.alpha
-        cosine, sine = np.cos(self.theta)[:, None], np.sin(self.theta)[:, None]
-        load_x = -alpha * cosine * self.value
-        load_y = -alpha * sine * self.value + self.softening[:, None] * self.dy
-        return (
-            self.slope.T @ (w * self.slope)
-            - self.value.T @ (w * self.force[:, None] * self.value)
-            - self.dx.T @ (w * load_x)
-            - self.dy.T @ (w * load_y)
-            - self.dy_at_switches.T @ (self.springs[:, None] * self.dy_at_switches)
-        )
+    def _stiffness(self) -> np.ndarray:
+        r, place = self.rates, np.stack([self.dx, self.dy])
+        pull = np.cos(r.theta) * r.nx + np.sin(r.theta) * r.ny
+        load = r.by_theta.T[:, :, None] * self.value + np.einsum("nij,jnm->inm", r.by_place, place)
+        if r.by_length is not None:
+            load = load + r.by_length.T[:, :, None] * self._front()
+        K: np.ndarray = self.slope.T @ self._weighted(self.slope)
+        K -= self.value.T @ self._weighted(pull[:, None] * self.value)
+        K -= sum(at.T @ self._weighted(part) for at, part in zip(place, load, strict=True))
+        for switch in r.switches:
+            there = self._at_switch(switch.phase)
+            K += np.outer(switch.jump @ there[1:], switch.rates @ there) / switch.slope
+        if r.tip is not None:
+            K -= self.tip[1:].T @ r.tip @ self.tip[1:]
+        if r.curl:
+            edge = self._at_edge()
+            K -= r.bend / r.curl * np.outer(edge, edge)
+        return K
+
+    def _at_switch(self, phase: int) -> np.ndarray:
+        """theta, x and y where a phase ends: integrals over the phases after it."""
+        start = (phase + 1) * (len(self.weights) // len(self.lengths))
+        value = np.eye(1, self.value.shape[1], phase + 1)[0]
+        past = (self.weights[start:] @ rate[start:] for rate in (self.rate_x, self.rate_y))
+        return np.stack([value, *past])
+
+    def _at_edge(self) -> np.ndarray:
+        """theta at the edge, zero unless it is free."""
+        return np.eye(1, self.value.shape[1], len(self.lengths))[0]
+
+    def _front(self) -> np.ndarray:
+        """How far the edge moves: theta' stays what it is there, and theta that of the wall."""
+        if self.rates.curl:
+            return -self._at_edge() / self.rates.curl
+        return -_slope_at_edge(self.value.shape[1], self.lengths) / self.rates.bend
+
+    @cached_property
+    def _kinds(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Stiffness and mass of each kind of motions."""
+        return [self._held(hold @ self.tip) for hold in self.rates.holds]
+
+    def _held(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return stiffness and mass where some linear forms vanish."""
+        if not len(rows):
+            return self.stiffness, self.mass
+        free = null_space(rows)
+        return free.T @ self.stiffness @ free, free.T @ self.mass @ free
 
     def eigenvalues(self, *, fixed_volume: bool = False) -> np.ndarray:
         """All mu, smallest magnitude first."""
-        K, M = self.stiffness, self.mass
+        kinds = self._kinds
         if fixed_volume:
             # d(swept volume) = int (-sin theta dx + cos theta dy) = 0
-            swept = self.weights @ (
-                -np.sin(self.theta)[:, None] * self.dx + np.cos(self.theta)[:, None] * self.dy
-            )
-            free = np.linalg.svd(swept[None, :])[2][1:].T
-            K, M = free.T @ K @ free, free.T @ M @ free
-        # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
-        above, below = eig(M, K, right=False, homogeneous_eigvals=True)
-        with np.errstate(under="ignore"):
-            finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
-        mu = below[finite] / above[finite]
-        mu = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
+            sine, cosine = np.sin(self.rates.theta), np.cos(self.rates.theta)
+            swept = (self.weights * -sine) @ self.dx + (self.weights * cosine) @ self.dy
+            kinds = [self._held(np.vstack([self.rates.holds[0] @ self.tip, swept])), *kinds[1:]]
+        mu = np.concatenate([_finite(*kinds[0]), *(_without_shift(_finite(*kind)) for kind in kinds[1:])])
         return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]
 
     def determinant_sign(self) -> int:
-        """Sign of det K."""
-        return int(np.linalg.slogdet(self.stiffness)[0])
+        """Sign of det K; without the shift of a strip, along which it vanishes."""
+        first, *others = self._kinds
+        negative = sum(np.sum(_without_shift(_finite(*kind)).real < 0.0) for kind in others)
+        return int(np.linalg.slogdet(first[0])[0]) * (-1) ** int(negative)
 
 
-def _softening(piece: Piece, scalars: Scalars, y: np.ndarray) -> np.ndarray:
-    """-d f/d y of the bond in scaled variables: beta1 under the linear law, 0 on a free arc."""
-    u = ca.SX.sym("u")
-    drop = piece.drop(u)
-    slope = ca.Function("slope", [u], [ca.jacobian(drop, u) if isinstance(drop, ca.SX) else ca.SX(0)])
-    heights = scalars.beta1 / scalars.beta0 * y if scalars.beta0 else y
-    return scalars.beta1 * np.array([float(slope(v)) for v in heights])
+def _load_rates(problem: Discretisation, x: np.ndarray, zeta: np.ndarray) -> LoadRates:
+    if isinstance(problem, SceneDiscretisation):
+        return scene_load_rates(problem, x, zeta)
+    return plain_load_rates(problem, x, zeta)
 
 
-def _spring(before: Piece, after: Piece, scalars: Scalars, theta: float) -> float:
-    """Softening of the jump of traction where one phase ends and the next begins, at angle ``theta``."""
-    kink = shared_kink(before, after)
-    above, below = (before, after) if before.start == kink else (after, before)
-    jump = float(above.drop(kink)) - float(below.drop(kink))
-    if abs(jump) < NO_JUMP:
-        return 0.0
-    return float(scalars.beta0 * jump / abs(np.sin(theta)))
+def _finite(K: np.ndarray, M: np.ndarray) -> np.ndarray:
+    """Eigenvalues of K phi = mu M phi that the basis holds."""
+    # M nearly vanishes on fast motions, and at a fold K is singular: neither is inverted.
+    above, below = eig(M, K, right=False, homogeneous_eigvals=True)
+    with np.errstate(under="ignore"):
+        finite = np.abs(above) > np.finfo(float).tiny * np.abs(below)
+    mu = below[finite] / above[finite]
+    kept: np.ndarray = mu[np.abs(mu) < 1e13 * np.partition(np.abs(mu), 1)[1]]
+    return kept
 
 
-def _continuous_basis(degree: int, nodes: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and xi-derivatives at the Gauss nodes of all phases; zero at the edge.
+def _without_shift(mu: np.ndarray) -> np.ndarray:
+    """Leave out the eigenvalue zero of a ruck that wanders along a wall which is the same everywhere."""
+    size = np.abs(mu)
+    return np.delete(mu, np.argmin(size)) if size.min() <= SHIFT * np.partition(size, 1)[1] else mu
+
+
+def _continuous_basis(
+    degree: int, nodes: np.ndarray, lengths: np.ndarray, *, free_edge: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and xi-derivatives at the Gauss nodes of all phases; zero at the edge unless it is free.
 
     Each phase has hats for its two ends and integrated Legendre polynomials that vanish there.
     """
@@ -254,13 +289,22 @@ def _continuous_basis(degree: int, nodes: np.ndarray, lengths: np.ndarray) -> tu
     bubbles = np.eye(degree)[1:]  # P_1 ... P_{degree-1}; their integrals vanish at both ends
     inner = legendre.legval(z, legendre.legint(bubbles.T, lbnd=-1)).T
     inner_slope = 2.0 * legendre.legval(z, bubbles.T).T
-    size = count + count * (degree - 1)  # a value at the start of every phase, and the bubbles
+    hats = count + free_edge  # a value at the start of every phase, and at the edge
+    size = hats + count * (degree - 1)
     value, slope = np.zeros((count * points, size)), np.zeros((count * points, size))
     for j in range(count):
         here = slice(j * points, (j + 1) * points)
         value[here, j], slope[here, j] = 1.0 - nodes, -1.0 / lengths[j]
-        if j + 1 < count:
+        if j + 1 < hats:
             value[here, j + 1], slope[here, j + 1] = nodes, 1.0 / lengths[j]
-        mine = slice(count + j * (degree - 1), count + (j + 1) * (degree - 1))
+        mine = slice(hats + j * (degree - 1), hats + (j + 1) * (degree - 1))
         value[here, mine], slope[here, mine] = inner, inner_slope / lengths[j]
     return value, slope
+
+
+def _slope_at_edge(size: int, lengths: np.ndarray) -> np.ndarray:
+    """xi-derivative at a clamped edge."""
+    slope = np.zeros(size)
+    slope[len(lengths) - 1] = -1.0
+    slope[-(size // len(lengths) - 1) :] = 2.0  # P_k(1) = 1
+    return slope / float(lengths[-1])

@@ -165,9 +165,10 @@ class SceneDiscretisation(SpectralDiscretisation):
         tip = Place(0.0, sbar, *rows[-1, 1:].tolist())
         if not self.settings.scene.unbonded:
             return tip, tip, float(work)
-        glued = next(j for j, phase in enumerate(self.phases) if "unbonded" in past_of(phase))
-        xi, theta, x_there, y, slip = rows[glued - 1].tolist()
-        past = past_of(self.phases[glued])
+        # Where the front stands on what was never glued, that is the front itself.
+        unglued = sum("unbonded" not in past_of(phase) for phase in self.phases)
+        xi, theta, x_there, y, slip = rows[unglued - 1].tolist()
+        past = past_of(self.phases[min(unglued, len(self.phases) - 1)])
         return tip, Place(xi * sbar, sbar, theta, x_there, y, slip, past), float(work)
 
     def profile(self, x: np.ndarray) -> SceneProfile:

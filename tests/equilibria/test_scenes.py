@@ -173,7 +173,7 @@ def test_what_cannot_be_asked_of_a_scene_is_refused_by_name(make: Any, words: st
         make()
 
 
-@pytest.mark.parametrize("reading", [po.stability, po.sensitivities, po.Walk, po.control_table])
+@pytest.mark.parametrize("reading", [po.sensitivities, po.Walk])
 def test_a_reading_that_does_not_cover_scenes_says_so(reading: Any) -> None:
     eq = po.solve(po.Scene(ROD, [po.Weight(0.02)]), free="length", pressure=0.8)
     arguments = {"hold": "ratio"} if reading is po.Walk else {}
@@ -194,6 +194,14 @@ def test_the_branch_of_a_scene_has_its_folds() -> None:
     assert snap.pressure_ratio == pytest.approx(0.3535512998, abs=1e-9)
     with pytest.raises(po.InvalidInput, match="points= and tol="):
         po.trace(po.Scene(ROD, unbonded=1.0), law="linear")
+
+
+def test_the_front_may_stand_on_what_was_never_glued() -> None:
+    """Friction bends a loose edge without help of the bond; its identity then has no work of separation."""
+    branch = po.trace(po.Scene(ROD, [po.SkinFriction(traction=0.1)], unbonded=0.6), points=12)
+    loose = branch.length < 0.6
+    assert loose.any()
+    assert branch.certificate[loose].max() < 1e-12
 
 
 def test_beside_a_transition_a_scene_denies_nothing() -> None:
@@ -223,7 +231,7 @@ def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:
     read = po.Equilibrium.load(tmp_path / "state.npz")
     assert read.numbers == eq.numbers
     assert read.length == eq.length
-    with pytest.raises(po.InvalidInput, match="paper's scene"):
+    with pytest.raises(po.InvalidInput, match="Compute it again"):
         po.stability(read)
 
 
