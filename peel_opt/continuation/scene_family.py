@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..base.errors import NotConverged
+from ..model.mixed_bonds import LINE
 from ..model.scene import Scene
 from ..model.tips import Contact, Middle, TipLoad
 from ..residual.closures import Closure
@@ -23,7 +24,7 @@ from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSp
 from .family import Family
 from .points import Point, place_of
 from .primary import Candidate, crossings, primary_branch
-from .scene_starts import SmallState, curled, swollen
+from .scene_starts import SmallState, buckled, curled, split, swollen
 from .special import LENGTH, Located, Monitor, locate
 
 #: Tip angles [rad] at which a scene is entered, one after the other: at a fixed angle, where neither p
@@ -43,8 +44,8 @@ NEAR = 0.02
 #: rounding in a tangent goes with its inverse square, and towards a rest, where the loads vanish with it.
 LEAST, RESTING = 1e-5, 1e-9
 
-#: p/T0 beyond which no branch is followed.
-HIGHEST = 1e3
+#: p/T0 beyond which no branch is followed, and that of the state it begins with, times a factor.
+HIGHEST, ABOVE = 1e3, 4.0
 
 #: Gap at the tip, as a share of the largest, within which a folded rod has come back to its wall.
 TOUCHING = 1e-7
@@ -107,13 +108,13 @@ class SceneFamily(Family):
         """What loads the rod at a point: p/T0, or the number left free."""
         if self.free is None:
             return float(point.scalars.pressure_ratio)
-        return float(point.x[point.problem.extra][-1])
+        return float(point.x[point.problem.extra.stop - 1])
 
     def loading_rate(self, point: Point) -> float:
         """Derivative along the branch of what loads the rod: the pressure, or the number left free."""
         if self.free is None:
             return point.rate(lambda s: s.pressure_ratio)
-        return float(point.tangent[point.problem.extra][-1])
+        return float(point.tangent[point.problem.extra.stop - 1])
 
     @property
     def monitors(self) -> tuple[tuple[str, Monitor], ...]:
@@ -276,8 +277,7 @@ def _forward(scene: Scene) -> np.ndarray:
     A strip with slack that is short is the one that stands without a pressure: as it gets longer and
     flatter its pressure rises, up to where it snaps.
     """
-    strip = isinstance(scene.tip, Middle) and scene.tip.slack is not None
-    return -FORWARD if strip else FORWARD
+    return -FORWARD if isinstance(scene.tip, Middle) and scene.tip.slack else FORWARD
 
 
 def _walked(family: SceneFamily, start: Point) -> SceneBranch:
@@ -305,11 +305,12 @@ def _walk(
 ) -> tuple[list[Point], str]:
     """Walk until an end of the branch is passed, and say which it is."""
     points: list[Point] = []
+    highest = max(HIGHEST, ABOVE * abs(start.scalars.pressure_ratio))
     for point in family.walk(start):
         s = point.scalars
         if points and _least_angle(family) > s.A:
             return [*points, *_least(family, points[-1])], "T" if family.scene.keeps_flat else "rest"
-        if s.beta1 <= 0.0 or abs(s.pressure_ratio) > HIGHEST:
+        if s.beta1 <= 0.0 or abs(s.pressure_ratio) > highest:
             return points, "unbounded"
         points.append(point)
         if end := ends(family, point):
@@ -423,16 +424,28 @@ def _entered(family: SceneFamily) -> Point:
 
 def _ways(family: SceneFamily) -> Iterator[tuple[Profile, Callable[[float], SceneFamily], Closure]]:
     """Yield states to begin with, each with a way into the scene and what is held on it."""
-    if isinstance(family.scene.tip, TipLoad):
+    scene = family.scene
+    if scene.bond is not LINE and isinstance(scene.tip, TipLoad):
         for A in _entries(family):
             if (profile := _plain(family, A)) is not None:
                 yield profile, _into(family), Closure("amplitude", A)
         return
-    first = curled if isinstance(family.scene.tip, Contact) else swollen
-    start = first(family.scene, family.closure.value)
-    way = _into(family, start)
-    if (found := way(0.0).solve(start.profile, start.held)) is not None:
-        yield found[0].profile(found[1].x), way, start.held
+    for first in _small(scene):
+        start = first(scene, family.closure.value)
+        way = _into(family, start)
+        if (found := way(0.0).solve(start.profile, start.held)) is not None:
+            yield found[0].profile(found[1].x), way, start.held
+
+
+def _small(scene: Scene) -> tuple[Callable[[Scene, float], SmallState], ...]:
+    """Small states that a scene may begin with, the likeliest first."""
+    if isinstance(scene.tip, Contact):
+        return (curled,)
+    if not scene.line_energy:
+        return (swollen,)
+    if not (isinstance(scene.tip, Middle) and scene.tip.slack):
+        return (split,)
+    return (buckled, *((swollen,) if scene.bond is not LINE else ()), *((split,) if scene.stretch else ()))
 
 
 def _entries(family: SceneFamily) -> list[float]:
@@ -449,12 +462,17 @@ def _into(family: SceneFamily, start: SmallState | None = None) -> Callable[[flo
     first, instead = (start.entered, start.instead) if start is not None else (0.0, ())
 
     def way(h: float) -> SceneFamily:
-        numbers = tuple((name, v + h * (family.scene.numbers[name] - v)) for name, v in instead)
+        numbers = tuple((name, _between(v, family.scene.numbers[name], h)) for name, v in instead)
         entered = first + h * (1.0 - first)
         own = replace(mesh, entered=entered, free=None, instead=numbers if h < 1.0 else ())
         return replace(family, transcription=own, holding=())
 
     return way
+
+
+def _between(start: float, end: float, h: float) -> float:
+    """Return a number on its way, by equal factors where it is positive."""
+    return start * (end / start) ** h if start > 0.0 < end else start + h * (end - start)
 
 
 def _released(

@@ -1,4 +1,4 @@
-"""Small states that no plain rod leads to: a curled tip on its wall, and a strip between two edges."""
+"""Small states that no plain rod leads to: a curled tip, a strip, a rod that a line energy holds."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.errors import InvalidInput
+from ..base.errors import InvalidInput, NotConverged
 from ..base.quadrature import gauss
 from ..model.equations import Scalars
 from ..model.groups import PI4
+from ..model.mixed_bonds import LINE
+from ..model.place import Place
 from ..model.scene import Scene
 from ..model.tips import Middle
 from ..residual.closures import Closure
@@ -26,6 +28,13 @@ CURL = 0.01
 #: Amplitude, minus the curvature of the middle times the length, that a strip begins with; the largest one.
 SWELLING, LARGEST = 0.2, 1.0
 
+
+#: Length that a line energy holds in its first state, as a share of that at which bending, with the small
+#: slopes of a beam, is no longer all there is.
+BEAM = 0.3
+
+#: EA over the square of the curvature at the front with which a strip with slack begins.
+SOFT = 16.0
 
 #: Gauss nodes for what the kernel takes up of a slack.
 NODES = 16
@@ -117,16 +126,94 @@ def swollen(scene: Scene, ratio: float) -> SmallState:
     )
 
 
+def split(scene: Scene, ratio: float) -> SmallState:
+    """Return a short rod that a large pressure lifts off its line energy: a beam under q = p - T0.
+
+    A free tip has theta' = kappa + q s^2/2, the middle of a strip q (3 s^2 - sbar^2)/6, and the front asks
+    for a value of it at sbar, whatever the axial force that is there.
+
+    A strip that stretches and has slack, too, begins without it, and so soft that none need buckle it.
+
+    Raises
+    ------
+    NotConverged
+        If the axial force or the curvature of the tip is more than the line energy can hold.
+    """
+    slack = getattr(scene.tip, "slack", None)
+    q = scene.numbers | {"ratio": ratio}
+    q["thrust"] = -q.get("stretch", 0.0) * q.get("glued_strain", 0.0)
+    Nx, Ny = (float(force) for force in scene.tip_force(Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), q))
+    end = float(scene.front_curvature(Nx, q))
+    curl = 0.0 if isinstance(scene.tip, Middle) else float(scene.tip_curvature(q))
+    if not end > max(curl, 0.0):
+        raise NotConverged(
+            "there is no short rod to begin with: the axial force or the curvature at the tip is more than"
+            " the line energy holds.",
+            remedy="Give a larger line_energy, or smaller loads on the tip.",
+        )
+    EA = q.get("stretch", 0.0)
+    instead: tuple[tuple[str, float], ...] = ()
+    if slack:
+        EA = min(EA, SOFT * end**2)
+        instead = (("slack", 0.0), ("stretch", EA))
+    limits = [1.0, 1.0 / end, EA**-0.25 * end**-0.5 if EA else 1.0, abs(Nx) ** -0.5 if Nx else 1.0]
+    length, xi = BEAM * min(limits), _points()
+    if isinstance(scene.tip, Middle):
+        load = 3.0 * end / length**2
+        A = load * length**3 / 6.0
+        fields = (xi**3 - xi, 3.0 * xi**2 - 1.0, 6.0 * xi, 0.25 * (1.0 - xi**2) ** 2)
+    else:
+        load = 2.0 * (end - curl) / length**2
+        bend, push = curl * length, load * length**3
+        A = bend + push / 6.0
+        fields = (
+            (bend * xi + push * xi**3 / 6.0) / A - 1.0,
+            (bend + 0.5 * push * xi**2) / A,
+            push * xi / A,
+            1.0 - xi - (0.5 * bend * (1.0 - xi**2) + push * (1.0 - xi**4) / 24.0) / A,
+        )
+    pressure = load if scene.bond is LINE else load + 1.0
+    scalars = Scalars(A, (pressure - 1.0) * length**3 / A, length, ratio * length**4 - PI4)
+    numbers = {**q, **dict(instead), "pressure": pressure}
+    pull = (Nx * length**2 / A, Ny * length**2 / A)
+    held = Closure("amplitude", A)
+    return SmallState(_profile(scene, fields, scalars, numbers, pull), held, entered=1.0, instead=instead)
+
+
+def buckled(scene: Scene, ratio: float) -> SmallState:
+    """Return a strip with slack that its line energy holds, buckled as a clamped column under no net load.
+
+    theta = -a sin(pi xi) under N = (pi/sbar)^2 takes up a^2 sbar/4, and has pi a/sbar at the front.
+    """
+    q, xi = scene.numbers | {"ratio": ratio}, _points()
+    a, end = SWELLING, math.sqrt(2.0 * q["line_energy"])
+    length = math.pi * a / end
+    thrust = (math.pi / length) ** 2
+    jump = q.get("glued_strain", 0.0) - float(scene.strain(thrust, q))
+    instead = (("slack", length * (0.25 * a**2 + jump)),)
+    A, pressure = math.pi * a, 0.0 if scene.bond is LINE else 1.0
+    sine, cosine = np.sin(math.pi * xi), np.cos(math.pi * xi)
+    fields = (-sine / math.pi, -cosine, np.zeros_like(xi), (1.0 + cosine) / math.pi**2)
+    scalars = Scalars(A, (pressure - 1.0) * length**3 / A, length, ratio * length**4 - PI4)
+    numbers = {**q, **dict(instead), "thrust": thrust, "pressure": pressure}
+    profile = _profile(scene, fields, scalars, numbers, (math.pi**2 / A, 0.0))
+    return SmallState(profile, Closure("pressure", pressure), entered=1.0, instead=instead)
+
+
 def _points() -> np.ndarray:
     """xi of the points of a profile with one phase."""
     return chebyshev(PROFILE_POINTS)[0]
 
 
 def _profile(
-    scene: Scene, fields: tuple[np.ndarray, ...], scalars: Scalars, numbers: dict[str, float]
+    scene: Scene,
+    fields: tuple[np.ndarray, ...],
+    scalars: Scalars,
+    numbers: dict[str, float],
+    pull: tuple[float, float] = (0.0, 0.0),
 ) -> SceneProfile:
-    """Return a profile without an axial force, of one phase."""
+    """Return a profile of one phase, whose forces are those of ``pull`` but for the load across it."""
     Theta, K, ny, Y = fields
     still = np.zeros_like(Theta)
-    values = np.stack([Theta, K, still, ny, Y, _points() - 1.0, still], axis=-1)
+    values = np.stack([Theta, K, still + pull[0], ny + pull[1], Y, _points() - 1.0, still], axis=-1)
     return SceneProfile(np.ones(1), values[None], scalars, scene, numbers)

@@ -75,7 +75,7 @@ class SceneQuestion:
         """Return the gradient of the free number by all unknowns."""
         weights = np.zeros(problem.size)
         if self.number:
-            weights[problem.extra.stop - 1] = 1.0
+            weights[problem.named.stop - 1] = 1.0
         elif self.free == "length":
             weights[problem.column("sigma")] = 1.0
         else:

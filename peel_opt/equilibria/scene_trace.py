@@ -131,7 +131,7 @@ def _assembled(
     part = WalkedSide(family, every, specials, walked.state_at, walked.ends[1])
     scene = family.scene
     return SceneTrace(
-        law=scene.bond.law.name,
+        law=scene.bond.name,
         hold="ratio",
         held=scene.rod.ratio,
         rod=scene.rod,

@@ -438,7 +438,7 @@ def report(
     certified = error <= tol and missed <= tol
     return Equilibrium(
         rod=rod,
-        law=scene.bond.law.name,
+        law=scene.bond.name,
         beta0=s.beta0,
         lam=s.lam,
         alpha1=s.alpha1,

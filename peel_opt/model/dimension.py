@@ -75,7 +75,8 @@ DOMAINS = {
     "tilt": (-math.pi, math.pi),
     "angle": (-math.pi, math.pi),
     **dict.fromkeys(
-        ("decay", "layer", "until", "unbonded", "line_energy", "zeta", "shear_stiffness", "slack"),
+        ("decay", "layer", "until", "unbonded", "line_energy", "zeta", "shear_stiffness", "slack", "stretch"),
         (0.0, math.inf),
     ),
+    "glued_strain": (-1.0, math.inf),
 }

@@ -39,6 +39,9 @@ class Load(ABC):
     #: Whether a rod that lies flat under p = T0 stays one: the load has no part across it.
     keeps_flat: ClassVar[bool] = False
 
+    #: Whether it acts on each length of a rod that has stretched; a weight goes with the mass.
+    on_stretched: ClassVar[bool] = True
+
     @property
     def form(self) -> Hashable:
         """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
@@ -149,6 +152,7 @@ class Weight(Load):
     w: float
     tilt: float = 0.0
     parameters: ClassVar[dict[str, Dimension]] = {"weight": TRACTION, "tilt": ANGLE}
+    on_stretched: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "w", finite("w", self.w, "Pa"))

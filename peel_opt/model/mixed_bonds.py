@@ -6,6 +6,7 @@ separation over T0 y0, and the tractions are its derivatives.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from typing import Any, ClassVar
 
 from ..base.checks import non_negative, positive
 from ..base.errors import InvalidInput
-from .bond import COHESIVE, CohesiveLaw, Piece
+from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
 from .dimension import NUMBER, SPRING, Dimension, by_numbers
 from .place import Numbers
 
@@ -36,6 +37,11 @@ class Bond(ABC):
     def numbers(self) -> dict[str, float]:
         """Return its parameters, in the units of the rod."""
         return {}
+
+    @property
+    def name(self) -> str:
+        """What a result calls its law."""
+        return self.law.name
 
     @property
     def holds_to(self) -> float:
@@ -69,6 +75,32 @@ class Opening(Bond):
     def potential(self, g: float, u: float, q: Numbers) -> float:
         """Return the work of separation of the law."""
         return self.law.separation_work(g)
+
+
+@dataclass(frozen=True)
+class LineBond(Bond):
+    """No cohesive zone: the rod is held by the line energy of its front alone."""
+
+    slips: ClassVar[bool] = False
+    name: ClassVar[str] = "none"
+    holds_to: ClassVar[float] = math.inf
+
+    @property
+    def law(self) -> CohesiveLaw:  # type: ignore[override]
+        """A law without kinks, whose one stretch is all of the rod."""
+        return LINEAR
+
+    def tractions(self, piece: Piece, g: Any, u: Any, q: Numbers) -> tuple[Any, Any]:
+        """Return what it has lost, all of it."""
+        return 1.0, 0.0
+
+    def potential(self, g: float, u: float, q: Numbers) -> float:
+        """Return zero."""
+        return 0.0
+
+
+#: The bond that is a line.
+LINE = LineBond()
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,9 @@ class Place:
     sbar : detached length
     theta : inclination; negative where the rod rises towards its tip
     x, y : position from the detachment point, x < 0 towards the tip
-    slip : x - s + sbar, how far the material has moved along a flat wall
+    slip : x - s + sbar, how far the material has moved along a flat wall since it was glued
     past : names of the material points, such as the end of an unbonded edge, that lie nearer to the tip
+    strain : elongation of a rod that stretches; s counts its length before
     """
 
     s: Any
@@ -32,6 +33,7 @@ class Place:
     y: Any
     slip: Any
     past: frozenset[str] = frozenset()
+    strain: Any = 0.0
 
     @property
     def xi(self) -> Any:

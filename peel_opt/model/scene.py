@@ -7,6 +7,10 @@ With theta' = kappa_n + m, m' = N_y cos(theta) - N_x sin(theta) and N' = q,
     q = (p e + tau t + q_x e_1 + q_y e_2) - tau_n nu - tau_t e_1.
 
 The front is where (theta' - kw)^2 / 2 = G0: neither natural curvature nor any load enters it.
+
+A rod that stretches has L = 1 + eps with eps = -N.t/EA before its lengths, and loads on what it has
+become.  Glued with a strain eps_a it cannot slide, so that its front has EA (eps - eps_a)^2 / 2 more; both
+squares would have to vanish under a bond without a line energy, and there is no such state.
 """
 
 from __future__ import annotations
@@ -19,12 +23,12 @@ from typing import Any
 
 import casadi as ca
 
-from ..base.checks import finite, listed, non_negative
+from ..base.checks import finite, listed, non_negative, positive
 from ..base.errors import InvalidInput
 from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
-from .dimension import CURVATURE, ENERGY, LENGTH, Dimension
+from .dimension import CURVATURE, ENERGY, FORCE, LENGTH, NUMBER, Dimension
 from .loads import Force, Load, Pressure
-from .mixed_bonds import Bond, Opening
+from .mixed_bonds import LINE, Bond, Opening
 from .place import Numbers, Place
 from .rod import Rod, require_rod
 from .stretch import past_of, shared_kink
@@ -35,7 +39,13 @@ from .walls import PLATE, Flat, Wall
 RESERVED = ("pressure", "length", "ratio", "entered")
 
 #: Numbers of the scene itself, and what they measure.
-OWN = {"natural_curvature": CURVATURE, "unbonded": LENGTH, "line_energy": ENERGY}
+OWN = {
+    "natural_curvature": CURVATURE,
+    "unbonded": LENGTH,
+    "line_energy": ENERGY,
+    "stretch": FORCE,
+    "glued_strain": NUMBER,
+}
 
 
 @dataclass(frozen=True)
@@ -53,13 +63,19 @@ class Scene:
     tip : TipLoad or Contact
         What is done to the tip; `Contact` where the rod curls into its wall.  `Blister` is half of a strip.
     law : CohesiveLaw, Bond or str
-        Any `CohesiveLaw`, `EffectiveOpening` or `ShearSprings`.  "auto" is law (8).
+        Any `CohesiveLaw`, `EffectiveOpening` or `ShearSprings`.  "auto" is law (8); "none" leaves the line
+        energy alone to hold the rod.
     natural_curvature : float
         Curvature [1/m] of the rod without loads; on a flat wall, one that lifts the tip is positive.
     unbonded : float
         Length [m] from the tip that was never glued.
     line_energy : float
         Energy [J/m^2] of the front itself, as of a capillary strip.
+    stretch : float, optional
+        EA [N/m], axial force per strain, of a rod that stretches.  Its bond does not let it slide, and so
+        needs a line energy.  Arc lengths are those before it stretched.
+    glued_strain : float
+        Strain at which a rod that stretches was glued, and stays where it is attached.
 
     Raises
     ------
@@ -75,6 +91,8 @@ class Scene:
     natural_curvature: float = 0.0
     unbonded: float = 0.0
     line_energy: float = 0.0
+    stretch: float | None = None
+    glued_strain: float = 0.0
     bond: Bond = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -89,12 +107,45 @@ class Scene:
         )
         object.__setattr__(self, "unbonded", non_negative("unbonded", self.unbonded, "m"))
         object.__setattr__(self, "line_energy", non_negative("line_energy", self.line_energy, "J/m^2"))
+        if self.stretch is not None:
+            object.__setattr__(self, "stretch", positive("stretch", self.stretch, "N/m"))
+        object.__setattr__(self, "glued_strain", finite("glued_strain", self.glued_strain))
         self._require_names()
+        self._require_front()
         if isinstance(self.tip, Middle) and not self.is_flat:
             raise InvalidInput("half of a symmetric strip is modelled on a flat wall.")
         if self.bond.slips and not self.is_flat:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
+            )
+
+    def _require_front(self) -> None:
+        """Raise where nothing holds the front, or more than can be met there."""
+        if self.stretch is None:
+            if self.glued_strain:
+                raise InvalidInput(
+                    "a rod that does not stretch has no glued_strain.",
+                    remedy="Give stretch=, or leave it out.",
+                )
+            if self.bond is LINE and not self.line_energy:
+                raise InvalidInput(
+                    "a rod that no cohesive law holds is held by its line_energy, and has none.",
+                    remedy="Give line_energy=, or a law.",
+                )
+            return
+        if not self.line_energy:
+            raise InvalidInput(
+                "a rod that stretches has no equilibrium on a bond that neither lets it slide nor has a line"
+                " energy: theta' and the jump of its strain would both have to vanish at the front.",
+                remedy="Give line_energy=, or leave out stretch=.",
+            )
+        if self.glued_strain <= -1.0:
+            raise InvalidInput(f"glued_strain must be above -1, got {self.glued_strain:g}.")
+        if self.bond.slips or not self.is_flat or isinstance(self.tip, Contact):
+            raise InvalidInput(
+                "a rod that stretches is modelled on a flat wall, with a bond that does not slide, and with a"
+                " tip that is free or the middle of a strip.",
+                remedy="Leave out stretch=, or the other.",
             )
 
     def _require_names(self) -> None:
@@ -118,10 +169,14 @@ class Scene:
         """Whether the wall is flat."""
         return isinstance(self.wall, Flat)
 
+    def _has(self, name: str) -> bool:
+        """Whether one of its own numbers is in its equations."""
+        return self.stretch is not None if name == "glued_strain" else bool(getattr(self, name))
+
     @cached_property
     def dimensions(self) -> dict[str, Dimension]:
         """What its numbers measure, by name."""
-        own = {name: kind for name, kind in OWN.items() if getattr(self, name)}
+        own = {name: kind for name, kind in OWN.items() if self._has(name)}
         for part in (*self.loads, self.wall, self.tip, self.bond):
             own |= part.parameters if part is not FREE else {}
         return own
@@ -129,7 +184,7 @@ class Scene:
     @cached_property
     def numbers(self) -> dict[str, float]:
         """Its numbers over their units of T0 and eta, by name."""
-        given = {name: getattr(self, name) for name in OWN if getattr(self, name)}
+        given = {name: getattr(self, name) for name in OWN if self._has(name)}
         for part in (*self.loads, self.wall, self.tip, self.bond):
             given |= part.numbers() if part is not FREE else {}
         return {name: value / self.dimensions[name].size(self.rod) for name, value in given.items()}
@@ -167,7 +222,8 @@ class Scene:
         q = self.numbers
         pulled = q.get("force", 0.0) * math.sin(q.get("angle", 0.0)) > 0.0
         curled = self.imposed_curvature
-        return bool(self.unbonded) or curled > 0.0 or (pulled and curled == 0.0)
+        lifted = bool(self.unbonded) or curled > 0.0 or (pulled and curled == 0.0)
+        return lifted and not self.line_energy  # which no small load overcomes
 
     @property
     def imposed_curvature(self) -> float:
@@ -183,17 +239,29 @@ class Scene:
         """
         growing = {*OWN, *self.wall.parameters, *self.bond.parameters, "force", "moment", "roller"}
         own = {name: value * (share if name in growing else 1.0) for name, value in self.numbers.items()}
+        if "stretch" in own:  # it is 1/EA that grows
+            own["stretch"] = self.numbers["stretch"] / share if share else math.inf
         return own | {"entered": share}
 
     # -- the equations, in units of T0 and eta
 
     def load(self, at: Place, q: Numbers) -> Force:
         """Return the sum of all loads; on the way into the scene, mixed with a uniform pressure."""
-        forces = [load.force(at, q) for load in self.loads]
+        forces = [self._spread(load, at, q) for load in self.loads]
         whole = [sum(parts) for parts in zip(*forces, strict=True)]
-        plain = Force(normal=q["pressure"])
+        plain = Force(normal=q["pressure"] * (1.0 + at.strain))
         h = q.get("entered", 1.0)
         return Force(*(a + h * (b - a) for a, b in zip(plain, whole, strict=True)))
+
+    @staticmethod
+    def _spread(load: Load, at: Place, q: Numbers) -> Force:
+        """Return a load per length of the rod before it stretched."""
+        force, L = load.force(at, q), 1.0 + at.strain if load.on_stretched else 1.0
+        return Force(*(part * L for part in force))
+
+    def strain(self, thrust: Any, q: Numbers) -> Any:
+        """Return the elongation of the rod under an axial force N.t, positive in compression."""
+        return thrust * 0.0 if self.stretch is None else -thrust / q["stretch"]
 
     def per_length(self, at: Place, piece: Piece, q: Numbers) -> tuple[Any, Any]:
         """Return (N_x', N_y'): all loads, less what the bond holds on a piece of its law."""
@@ -258,10 +326,15 @@ class Scene:
             return (at.s - q[name]) / at.sbar
         return self.opening(at, q) - shared_kink(before, after)
 
-    def front_curvature(self, q: Numbers) -> Any:
-        """Return theta'(sbar), from (theta' - kw)^2 / 2 = G0."""
+    def front_curvature(self, Nx: Any, q: Numbers) -> Any:
+        """Return theta'(sbar), from (theta' - kw)^2 / 2 + EA (eps - eps_a)^2 / 2 = G0."""
         kw = self.wall.curvature_of(q)
-        return kw + ca.sqrt(2.0 * q["line_energy"]) if self.line_energy else kw
+        if not self.line_energy:
+            return kw
+        held = 2.0 * q["line_energy"]
+        if self.stretch is not None:
+            held -= (Nx + q["stretch"] * q.get("glued_strain", 0.0)) ** 2 / q["stretch"]
+        return kw + ca.sqrt(held)
 
     # -- what must hold beside the equations
 
@@ -271,8 +344,21 @@ class Scene:
         return self.is_flat or (self.loads == (Pressure(),) and not self.numbers.get("force"))
 
     def work(self, at: Place, q: Numbers) -> Any:
-        """Return the density of what the loads put into the identity of a flat wall."""
-        return sum(load.work(at, q) for load in self.loads)
+        """Return the density of what the loads put into the identity of a flat wall.
+
+        It is (1 + eps_a) f_x - L f.t for a force f per length before the rod stretched.
+        """
+        works = [load.work(at, q) for load in self.loads]
+        if self.stretch is None:
+            return sum(works)
+        forces = [self._spread(load, at, q) for load in self.loads]
+        scales = [1.0 + at.strain if load.on_stretched else 1.0 for load in self.loads]
+        normal, tangential, x, y = (sum(parts) for parts in zip(*forces, strict=True))
+        sine, cosine = ca.sin(at.theta), ca.cos(at.theta)
+        along = tangential + x * cosine + y * sine
+        level = -normal * sine + tangential * cosine + x
+        unstretched = sum(scale * work for scale, work in zip(scales, works, strict=True))
+        return unstretched + q.get("glued_strain", 0.0) * level - at.strain * along
 
     def identity(self, tip: Place, first: Place, work: float, curvature: float, q: Numbers) -> float:
         """Return by how much the identity is missed, over T0 eta.
@@ -298,6 +384,11 @@ class Scene:
             stored += self.tip.work(tip, (normal[0], normal[1]), q)
         if not self.is_flat:
             return float(q["pressure"] * (at_tip - 0.5 * kw * at_tip**2) + stored - separated - G0)
+        if self.stretch is not None:
+            Nx, Ny = self.tip_force(tip, q)
+            EA, glued = q["stretch"], q.get("glued_strain", 0.0)
+            thrust = Nx * math.cos(tip.theta) + Ny * math.sin(tip.theta)
+            stored += 0.5 * EA * (self.strain(thrust, q) ** 2 + glued**2) + glued * Nx
         if isinstance(self.tip, TipLoad) and self.tip is not FREE:
             work += self.tip.work(tip.theta, q)
         return float(work + stored - separated - G0)
@@ -308,6 +399,8 @@ def _as_bond(law: object) -> Bond:
         return Opening(COHESIVE)
     if isinstance(law, str) and law == "linear":
         return Opening(LINEAR)
+    if isinstance(law, str) and law == "none":
+        return LINE
     if isinstance(law, CohesiveLaw):
         return Opening(law)
     if isinstance(law, Bond):

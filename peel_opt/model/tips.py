@@ -98,18 +98,13 @@ class Middle:
     def __post_init__(self) -> None:
         if (self.roller is None) == (self.slack is None):
             raise InvalidInput(
-                "a blister takes one of roller= and slack=.",
+                "the middle of a strip takes one of roller= and slack=.",
                 remedy="A strip that cannot stretch and has neither stays flat for ever, at any pressure.",
             )
         if self.roller is not None:
             object.__setattr__(self, "roller", finite("roller", self.roller, "N/m"))
         if self.slack is not None:
             object.__setattr__(self, "slack", non_negative("slack", self.slack, "m"))
-        if self.slack == 0.0:
-            raise InvalidInput(
-                "a blister that cannot stretch and has no slack stays flat for ever, at any pressure.",
-                remedy="Give a positive slack=, or roller= for ends that may slide in.",
-            )
 
     @property
     def form(self) -> tuple[str, bool]:

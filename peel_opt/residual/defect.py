@@ -7,6 +7,7 @@ and carries the work of the loads along.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -87,9 +88,10 @@ def march(scene: Scene, q: Numbers, sbar: float, tip: Tip) -> March:
         If the integration fails, or changes its piece of the law without end.
     """
     law = scene.bond.law
-    state = np.array([tip.theta, tip.curvature, tip.Nx, tip.Ny, tip.x, tip.y, tip.x + sbar, 0.0])
+    slip = tip.x + sbar * (1.0 + q.get("glued_strain", 0.0))
+    state = np.array([tip.theta, tip.curvature, tip.Nx, tip.Ny, tip.x, tip.y, slip, 0.0])
     breaks = sorted((float(q[name]), name) for name in scene.breaks if q[name] < sbar)
-    start = _place(0.0, sbar, state, frozenset())
+    start = _place(scene, q, 0.0, sbar, state, frozenset())
     piece, s, past, switches = law.piece_at(float(scene.opening(start, q))), 0.0, frozenset[str](), []
     first = start
     while s < sbar:
@@ -103,16 +105,18 @@ def march(scene: Scene, q: Numbers, sbar: float, tip: Tip) -> March:
         elif name:
             past |= {name}
             if name == "unbonded":
-                first = _place(s, sbar, state, past)
+                first = _place(scene, q, s, sbar, state, past)
                 piece = law.piece_at(float(scene.opening(first, q)))
     theta, curvature, Nx, Ny, x, y, _, work = (float(v) for v in state)
     missed = scene.identity(start, first, work, tip.curvature, q) if scene.has_identity else float("nan")
-    front = float(scene.front_curvature(q))
+    front = float(scene.front_curvature(Nx, q))
     return March(theta, curvature - front, x, y, Nx, Ny, missed, tuple(switches))
 
 
-def _place(s: float, sbar: float, state: np.ndarray, past: frozenset[str]) -> Place:
-    return Place(s, sbar, float(state[0]), float(state[4]), float(state[5]), float(state[6]), past)
+def _place(scene: Scene, q: Numbers, s: float, sbar: float, state: np.ndarray, past: frozenset[str]) -> Place:
+    theta, _, Nx, Ny, x, y, slip = state[:7].tolist()
+    thrust = Nx * math.cos(theta) + Ny * math.sin(theta)
+    return Place(s, sbar, theta, x, y, slip, past, float(scene.strain(thrust, q)))
 
 
 def _segment(
@@ -130,19 +134,20 @@ def _segment(
     law, bonded = scene.bond.law, not scene.unbonded or "unbonded" in past
 
     def rates(s: float, z: np.ndarray) -> list[float]:
-        at = _place(s, sbar, z, past)
+        at = _place(scene, q, s, sbar, z, past)
         fx, fy = scene.per_length(at, law.pieces[piece], q)
         theta, _, Nx, Ny = z[:4]
         sine, cosine, half = np.sin(theta), np.cos(theta), np.sin(0.5 * theta)
-        slip = -2.0 * half * half
-        bend = Ny * cosine - Nx * sine
-        return [z[1], bend, float(fx), float(fy), cosine, sine, slip, float(scene.work(at, q))]
+        L, glued = 1.0 + at.strain, q.get("glued_strain", 0.0)
+        slip = at.strain * cosine - glued - 2.0 * half * half
+        bend = L * (Ny * cosine - Nx * sine)
+        return [z[1], bend, float(fx), float(fy), L * cosine, L * sine, slip, float(scene.work(at, q))]
 
     def leaves(kink: float, direction: int) -> Callable[[float, np.ndarray], float]:
         def excess(s: float, z: np.ndarray) -> float:
             if s < span[0] + PAST * sbar:  # it has just come from there
                 return -float(direction)
-            return float(scene.opening(_place(s, sbar, z, past), q)) - kink
+            return float(scene.opening(_place(scene, q, s, sbar, z, past), q)) - kink
 
         excess.terminal, excess.direction = True, direction  # type: ignore[attr-defined]
         return excess

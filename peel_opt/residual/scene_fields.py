@@ -6,7 +6,8 @@ wall plus the amplitude times Theta,
 
     theta = kw (s - sbar) + A Theta,   Theta(0) = -1,
 
-so that a rod that lies on its wall is no solution.  Lengths are over eta, forces over T0 eta.
+so that a rod that lies on its wall is no solution.  Lengths are over eta, forces over T0 eta.  A rod that
+stretches has its strain at the nodes among the unknowns: what it does to the shape is what loads it.
 """
 
 from __future__ import annotations
@@ -43,9 +44,10 @@ class SceneFields:
     x : casadi.MX
         All unknowns.
     parts : mapping of str to slice
-        Where the "fields", "inner" lengths, "extra" numbers and the four scalars ("tail") stand in ``x``.
+        Where the "fields", "inner" lengths, "strain", "named" numbers and the four scalars ("tail") stand in
+        ``x``.
     names : sequence of str
-        Names of the extra unknowns.
+        Names of the unknown numbers.
     given : casadi.MX
         The known numbers of the scene.
     known : sequence of str
@@ -75,7 +77,8 @@ class SceneFields:
             return Traced(x[part], ca.densify(identity[part, :]))
 
         self.curl = unknown(parts["fields"])
-        self.scalars = unknown(slice(parts["extra"].start, parts["tail"].stop))
+        self.strain = [unknown(parts["strain"])] if scene.stretch is not None else []
+        self.scalars = unknown(slice(parts["named"].start, parts["tail"].stop))
         self.lengths = self._shares(unknown(parts["inner"]) if len(phases) > 1 else None)
         spread = np.kron(np.eye(len(phases)), np.ones((self.local, 1)))
         self.h = Traced(ca.mtimes(spread, self.lengths.values), ca.mtimes(spread, self.lengths.gradient))
@@ -85,7 +88,7 @@ class SceneFields:
         self.K, self.Theta = self._turned(chain)
         self.xi = integrated(chain, self.h, self._constant(1.0, n))
         (self.theta,) = self._of([self.Theta, self.xi], self._inclined)
-        self.rates = self._of([self.theta[:n]], self._moving)
+        self.rates = self._of([self.theta[:n], *self.strain], self._moving)
         self.x, self.y, self.slip = (self._from_edge(chain, rate) for rate in self.rates)
         loads = [
             self._at(slice(j * self.local, (j + 1) * self.local), self._loaded) for j in range(len(phases))
@@ -99,9 +102,13 @@ class SceneFields:
     def residual(self) -> Traced:
         """Bending at the nodes, the front, Theta(1) = 0, the switches, and what the tip adds."""
         n = self.nodes
-        (bend,) = self._of([self.theta[:n], *(N[:n] for N in self.N)], self._bending)
-        (front,) = self._of([self.K[self.edge]], self._front)
+        at_nodes = [self.theta[:n], *(N[:n] for N in self.N)]
+        (bend,) = self._of([*at_nodes, *self.strain], self._bending)
+        (front,) = self._of([self.K[self.edge], self.N[0][self.edge]], self._front)
         rows = [self.curl - bend, front, self.Theta[self.edge]]
+        if self.strain:
+            (due,) = self._of(at_nodes, self._strained)
+            rows.append(self.strain[0] - due)
         for j, (a, b) in enumerate(pairwise(self.phases)):
             end = slice(n + j, n + j + 1)
             rows += self._at(end, self._switched(a, b))
@@ -153,10 +160,13 @@ class SceneFields:
         return [s.A * Theta + self.scene.wall.curvature_of(q) * s.sigma * (xi - 1.0)]
 
     @staticmethod
-    def _moving(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
+    def _moving(at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
         """Rates of x, y and slip along xi."""
-        (theta,) = at
-        return [s.sigma * ca.cos(theta), s.sigma * ca.sin(theta), -2.0 * s.sigma * ca.sin(0.5 * theta) ** 2]
+        theta, *strain = at
+        x, y, slip = ca.cos(theta), ca.sin(theta), -2.0 * ca.sin(0.5 * theta) ** 2
+        for eps in strain:
+            x, y, slip = x * (1.0 + eps), y * (1.0 + eps), slip + eps * x - q["glued_strain"]
+        return [s.sigma * x, s.sigma * y, s.sigma * slip]
 
     def _loaded(self, at: Place, q: dict[str, Any], piece: Piece) -> Sequence[Any]:
         """Rates of N_x and N_y along xi."""
@@ -175,13 +185,19 @@ class SceneFields:
     @staticmethod
     def _bending(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
         """Theta'' of the balance of moments."""
+        theta, Nx, Ny, *strain = at
+        bend = (Ny * ca.cos(theta) - Nx * ca.sin(theta)) * s.sigma**2 / s.A
+        return [bend * (1.0 + eps) for eps in strain] or [bend]
+
+    def _strained(self, at: Sequence[Any], _: Scalars, q: dict[str, Any]) -> Sequence[Any]:
+        """The strain that the forces ask for."""
         theta, Nx, Ny = at
-        return [(Ny * ca.cos(theta) - Nx * ca.sin(theta)) * s.sigma**2 / s.A]
+        return [self.scene.strain(Nx * ca.cos(theta) + Ny * ca.sin(theta), q)]
 
     def _front(self, at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
         """The condition at the front, over the amplitude."""
-        (K,) = at
-        return [K - (self.scene.front_curvature(q) - self.scene.wall.curvature_of(q)) * s.sigma / s.A]
+        K, Nx = at
+        return [K - (self.scene.front_curvature(Nx, q) - self.scene.wall.curvature_of(q)) * s.sigma / s.A]
 
     @staticmethod
     def _over_amplitude(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
@@ -220,11 +236,14 @@ class SceneFields:
         piece = self._piece_of(rows)
 
         def at_place(q: Sequence[Any], s: Scalars, numbers: dict[str, Any]) -> Sequence[Any]:
-            xi, theta, x, y, slip = q
-            at = Place(xi * s.sigma, s.sigma, theta, x, y, slip, past_of(piece))
+            xi, theta, x, y, slip, *strain = q
+            at = Place(xi * s.sigma, s.sigma, theta, x, y, slip, past_of(piece), *strain)
             return function(at, numbers, piece)
 
-        return self._of([f[rows] for f in (self.xi, self.theta, self.x, self.y, self.slip)], at_place)
+        fields = [f[rows] for f in (self.xi, self.theta, self.x, self.y, self.slip)]
+        if rows.stop <= self.nodes:
+            fields += [strain[rows] for strain in self.strain]
+        return self._of(fields, at_place)
 
     def _piece_of(self, rows: slice) -> Piece:
         if rows == self.tip:

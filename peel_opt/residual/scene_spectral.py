@@ -119,7 +119,11 @@ class SceneDiscretisation(SpectralDiscretisation):
     settings: SceneSpectral  # type: ignore[assignment]
 
     def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
-        super().__init__(settings, phases, len(settings.unknown))  # type: ignore[arg-type]
+        strains = 0 if settings.scene.stretch is None else settings.nodes * settings.elements * len(phases)
+        super().__init__(settings, phases, strains + len(settings.unknown))  # type: ignore[arg-type]
+        #: Where the strain at the nodes and the unknown numbers stand among the unknowns.
+        self.strain = slice(self.extra.start, self.extra.start + strains)
+        self.named = slice(self.strain.stop, self.extra.stop)
         self.equations = _equations(self)
         self.numbers = ca.DM(list(settings.given.values()))
 
@@ -149,7 +153,7 @@ class SceneDiscretisation(SpectralDiscretisation):
     def found(self, x: np.ndarray) -> dict[str, float]:
         """Return all numbers of the scene in a solution, "pressure" and "ratio" among them."""
         s = self.scalars(x)
-        own = dict(zip(self.settings.unknown, x[self.extra].tolist(), strict=True))
+        own = dict(zip(self.settings.unknown, x[self.named].tolist(), strict=True))
         return {**self.settings.given, **own, "pressure": s.pressure_ratio, "ratio": s.ratio}
 
     def tip_curvature(self, x: np.ndarray) -> float:
@@ -181,19 +185,28 @@ class SceneDiscretisation(SpectralDiscretisation):
         numbers = profile.numbers if isinstance(profile, SceneProfile) else {}
         own = [numbers.get(name, 0.0) for name in self.settings.unknown]
         inner = profile.lengths[:-1]
-        return np.concatenate([self.pack_fields(profile), inner, own, profile.scalars.values])
+        fields, strain = self._packed(profile)
+        return np.concatenate([fields, inner, strain, own, profile.scalars.values])
 
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Theta'' of a profile at the nodes, from the balance of moments."""
-        s, parts = profile.scalars, []
+        return self._packed(profile)[0]
+
+    def _packed(self, profile: Profile) -> tuple[np.ndarray, np.ndarray]:
+        """Theta'' of a profile at the nodes, from the balance of moments, and the strain there."""
+        scene, s, curls, strains = self.settings.scene, profile.scalars, [], []
         numbers = profile.numbers if isinstance(profile, SceneProfile) else self.settings.given
-        kw = float(self.settings.scene.wall.curvature_of(numbers)) * s.sigma
+        kw = float(scene.wall.curvature_of(numbers)) * s.sigma
         starts = np.cumsum(profile.lengths) - profile.lengths
         for j, (start, length) in enumerate(zip(starts, profile.lengths, strict=True)):
             fields = profile.in_phase(j, self.zeta)
             theta = s.A * fields[:, 0] + kw * (start + length * self.zeta - 1.0)
-            parts.append(fields[:, 3] * np.cos(theta) - fields[:, 2] * np.sin(theta))
-        return np.concatenate(parts)
+            nx, ny, sine, cosine = fields[:, 2], fields[:, 3], np.sin(theta), np.cos(theta)
+            strain = scene.strain(s.A / s.sigma**2 * (nx * cosine + ny * sine), numbers)
+            curls.append((1.0 + strain) * (ny * cosine - nx * sine))
+            strains.append(strain)
+        strain = np.concatenate(strains)
+        return np.concatenate(curls), strain if scene.stretch is not None else strain[:0]
 
 
 @sample_shape.register
@@ -253,7 +266,7 @@ class SceneEquations:
             model.phases,
             np.vstack([matrix, ends, np.zeros((1, model.field_count))]),
             self.x,
-            {"fields": model.fields, "inner": model.inner, "extra": model.extra, "tail": model.tail},
+            {name: getattr(model, name) for name in ("fields", "inner", "strain", "named", "tail")},
             settings.unknown,
             self.given,
             tuple(settings.given),

@@ -86,7 +86,7 @@ def test_a_strip_with_slack_stands_without_pressure_and_grows_with_it() -> None:
         ({"slack": 0.0}, "flat for ever"),
         ({"slack": -0.1}, "zero or positive"),
         ({"roller": 0.0, "slack": 0.1}, "one of roller= and slack="),
-        ({"stretch": 100.0}, "not modelled"),
+        ({"stretch": 100.0}, "line energy"),
         ({"roller": math.inf}, "finite"),
         ({"slack": 0.1, "tip": po.Contact()}, "tip of a blister"),
         ({"slack": 0.1, "wall": po.Circle(0.1)}, "flat wall"),
