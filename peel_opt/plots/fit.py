@@ -47,7 +47,7 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     Axes
         Of the fit.
     """
-    from ..studies.calibrate.band import band
+    from ..studies.calibrate.curve import band
 
     if ax is None:
         figure = Figure(figsize=(6.4, 6.0), layout="constrained")

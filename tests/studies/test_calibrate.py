@@ -17,8 +17,9 @@ from peel_opt.model.rod import MATERIAL
 from peel_opt.plots.fit import fit_figure
 from peel_opt.residual.closures import Closure
 from peel_opt.studies.calibrate.chart import Chart, ChartStates
-from peel_opt.studies.calibrate.linear import LinearModel
+from peel_opt.studies.calibrate.covariance import LinearModel
 from peel_opt.studies.calibrate.problem import watched
+from peel_opt.studies.calibrate.search import nearer
 from peel_opt.studies.calibrate.start import begun
 
 from ..rods import FLAP as TRUTH
@@ -280,9 +281,7 @@ def test_the_gradient_of_a_fit_is_that_of_its_chi_square() -> None:
         """All but the rod fitted: chi-square and the linear model there."""
         rod = po.Rod(TRUTH.bending_stiffness, T_TRUE, y0)
         nothing = replace(problem, free=np.zeros(3, bool))
-        began, nodes = begun(rod, nothing)
-        near, _ = nothing.along_curves(began, nodes)
-        fitted = nothing.exactly(near)
+        fitted = nothing.minimised(nearer(nothing, *begun(rod, nothing)))
         assert fitted is not None
         return fitted.deviance, problem.linear_model(fitted)
 
@@ -337,7 +336,7 @@ def test_steps_are_counted_on_a_terminal_only(capsys: pytest.CaptureFixture[str]
     fit = po.calibrate(po.Measurements(lengths, p, length_sd=1e-5), free=(Y0,), rod=TRUTH)
     assert capsys.readouterr().err == ""
     with watched(fit.problem) as problem:
-        replace(problem, watch=lambda: seen.append(1)).exactly(fit.fitted)
+        replace(problem, watch=lambda: seen.append(1)).minimised(fit.fitted)
     assert seen
 
 
@@ -539,7 +538,7 @@ def test_an_interruption_is_not_a_fit_that_fails() -> None:
 
     interrupted = replace(fit, problem=replace(fit.problem, watch=interrupt))
     with pytest.raises(KeyboardInterrupt):
-        interrupted.problem.exactly(fit.fitted)
+        interrupted.problem.minimised(fit.fitted)
 
 
 # --- what is refused ----------------------------------------------------------------------

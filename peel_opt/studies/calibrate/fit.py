@@ -16,8 +16,8 @@ from ...model.labels import OBSERVABLE, known_state
 from ...model.rod import MATERIAL, Rod
 from ...residual.meshes import FITTED
 from .chart import Chart
+from .covariance import singular
 from .data import Data, Observation, observations
-from .linear import singular
 from .problem import Problem, watched
 from .result import Calibration
 from .search import best

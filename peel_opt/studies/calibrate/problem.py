@@ -2,9 +2,7 @@
 
 Given the rod, every observation finds its own state: a pair its foot on the branch, a picture the tip angle
 and the origin that suit its points best.  What is left is a function of the rod alone, whose gradient does
-not see that the states move (they are at a minimum).  It is minimised twice: first along the whole curve of
-each rod tried, so that no state can be missed, then with the exact states of each rod tried, from those of
-the last.
+not see that the states move (they are at a minimum).
 """
 
 from __future__ import annotations
@@ -19,16 +17,82 @@ import numpy as np
 
 from ...base.errors import NotConverged
 from ...base.progress import progress
-from ...model.rod import RATIOS
+from ...model.rod import RATIOS, Rod
 from .chart import Chart, ChartStates
+from .covariance import LinearModel, Seen, loss, squared
 from .data import Observation
-from .fitted import Fitted, coordinates
-from .linear import LinearModel, Seen, loss, squared
-from .pairs import HARD, SOFT, BranchSpline, Pairs, Pulls, scales
-from .pictures import SeenShape, best_picture
+from .pairs import GROUPS, Pairs, scales
+from .shapes import SeenShape, best_picture
 
 #: How far a foot is looked for on the expansion about a state, in A.
 SPAN = 0.3
+
+#: Largest change of a logarithm: no material number is looked for further than a factor 1e8 away.
+FURTHEST = 18.4
+
+#: Relative tolerance of the sum of losses and of the rod.
+TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Numbers of a rod and the states of all observations that go with them.
+
+    Parameters
+    ----------
+    q : ndarray, shape (3,)
+        Logarithms of k, T0 and y0 in SI units.
+    states : ChartStates
+        In the order of the observations.
+    origins : ndarray, shape (n,)
+        x of the detachment point of each [m].
+    directions : ndarray, shape (free, m)
+        In which the free logarithms were free to move.
+    deviance : float
+        Sum of the losses; chi-square with least squares.
+    iterations : int
+        Rods that were tried.
+    """
+
+    q: np.ndarray
+    states: ChartStates
+    origins: np.ndarray
+    directions: np.ndarray
+    deviance: float = math.nan
+    iterations: int = 0
+
+    @property
+    def rod(self) -> Rod:
+        """The rod with these numbers."""
+        return Rod(*np.exp(self.q).tolist())
+
+    @property
+    def held(self) -> bool:
+        """Whether a combination of the free numbers was kept as it was."""
+        return self.directions.shape[1] < len(self.directions)
+
+
+def coordinates(start: Fitted, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions of q and how far each may be followed from 1, which is the start.
+
+    Where nothing is held, log r itself is a coordinate, so that its limits are bounds.
+    """
+    loose = np.flatnonzero(free)
+    basis = np.zeros((3, start.directions.shape[1]))
+    basis[loose] = start.directions
+    count = basis.shape[1]
+    low, high = np.full(count, 1.0 - FURTHEST), np.full(count, 1.0 + FURTHEST)
+    by_r = GROUPS[2] @ basis
+    if not count or start.held or not np.any(by_r):
+        return basis, low, high
+    pivot = int(np.argmax(np.abs(by_r)))
+    basis[:, pivot] /= by_r[pivot]
+    others = [j for j in range(count) if j != pivot]
+    basis[:, others] -= np.outer(basis[:, pivot], by_r[others])
+    log_r = scales(start.q)[1]
+    low[pivot] = max(low[pivot], 1.0 + math.log(RATIOS[0]) - log_r)
+    high[pivot] = min(high[pivot], 1.0 + math.log(RATIOS[1]) - log_r)
+    return basis, np.minimum(low, 1.0 - 1e-9), np.maximum(high, 1.0 + 1e-9)
 
 
 def _unwatched() -> None:
@@ -62,39 +126,26 @@ class Problem:
         shapes = np.array([o.points is not None for o in self.observations])
         return np.flatnonzero(~shapes), np.flatnonzero(shapes)
 
-    @property
-    def _size(self) -> int:
-        """Number of residuals."""
-        return sum(len(o.measured) for o in self.observations)
+    # --- the observations at the states of one rod ----------------------------------------
 
-    # --- the states of one rod ------------------------------------------------------------
+    @cached_property
+    def pairs(self) -> Pairs:
+        """The pairs as arrays."""
+        return Pairs.of([self.observations[i] for i in self.rows[0]])
 
-    def pairs(self, hard: float = HARD) -> Pairs:
-        """Return the pairs as arrays, exact numbers with this weight."""
-        return Pairs.of([self.observations[i] for i in self.rows[0]], hard)
-
-    def picture(self, i: int, fitted: Fitted, hard: float = HARD) -> SeenShape:
+    def picture(self, i: int, fitted: Fitted) -> SeenShape:
         """Return one picture at its state."""
         state = fitted.states.take(np.array([i]))
         scale, origin = scales(fitted.q)[0], float(fitted.origins[i])
-        return SeenShape.at(self.observations[i], state, origin, scale, hard, self.delta)
+        return SeenShape.at(self.observations[i], state, origin, scale, self.delta)
 
     def seen(self, fitted: Fitted) -> list[Seen]:
         """Return every observation at its state, in their order."""
         rows, shapes = self.rows
         found: dict[int, Seen] = {i: self.picture(i, fitted) for i in shapes}
-        pulls = self.pairs().pulls(fitted.states.take(rows), scales(fitted.q)[0])
-        for place, i in enumerate(rows):
-            own, measured = pulls.by_own[place][:, None], self.observations[i].measured
-            found[i] = Seen(pulls.r[place], pulls.by_q[place], own, measured)
+        pairs = self.pairs.seen(fitted.states.take(rows), scales(fitted.q)[0])
+        found |= dict(zip(rows, pairs, strict=True))
         return [found[i] for i in range(len(self.observations))]
-
-    def at_T(self, fitted: Fitted) -> np.ndarray:
-        """Which observations are pairs whose state is held at T."""
-        held = np.zeros(len(self.observations), bool)
-        rows, scale = self.rows[0], scales(fitted.q)[0]
-        held[rows] = self.pairs().pulls(fitted.states.take(rows), scale).at_T
-        return held
 
     def linear_model(self, fitted: Fitted) -> LinearModel:
         """Return the fit to first order."""
@@ -102,129 +153,80 @@ class Problem:
 
     # --- minimising ------------------------------------------------------------------------
 
-    def along_curves(
-        self, start: Fitted, nodes: ChartStates, hard: float = SOFT
-    ) -> tuple[Fitted, ChartStates]:
-        """Minimise over rods whose whole curve is followed; also return the nodes of the last.
-
-        Good to what interpolation between the nodes is good to, and exact numbers are soft.
-        """
-        rows, pairs = self.rows[0], self.pairs(hard)
-
-        def evaluate(q: np.ndarray) -> tuple[Pulls, ChartStates]:
-            nonlocal nodes
-            scale, log_r = scales(q)
-            if not len(rows):
-                return pairs.pulls(start.states.take(rows), scale), start.states.take(rows)
-            nodes = self.chart.at(nodes, log_r, nodes.A, halvings=1)
-            curve = BranchSpline.through(nodes)
-            if len(curve.nodes) < 2:  # nothing of the last curve leads to this rod
-                nowhere = start.states.take(rows)
-                nowhere = nowhere.lost(nowhere.A, log_r)
-                return pairs.pulls(nowhere, scale), nowhere
-            A, _ = curve.nearest(pairs, scale)
-            known = np.where(np.isfinite(A), A, 0.0)
-            known = pairs.feet(curve.expand, known, scale)
-            states = curve.states(known)
-            pulls = pairs.pulls(states, scale)
-            pulls.r[~np.isfinite(A)] = np.nan
-            return pulls, states
-
-        found = self._descend(start, evaluate, hard, tol=1e-6)
-        if not len(rows):
-            return found, nodes
-        states = found.states.take(rows)
-        exact = self.chart.at(BranchSpline.through(nodes).beside(states.A), scales(found.q)[1], states.A)
-        return replace(found, states=found.states.put(rows, exact)), nodes
-
-    def exactly(self, start: Fitted) -> Fitted | None:
-        """Minimise from states nearby over exact ones; None where there are none."""
-        latest = start.states.take(self.rows[0])
-        latest = self.chart.at(latest, scales(start.q)[1], latest.A)
-        if not np.all(np.isfinite(latest.numbers)):
-            return None
-
-        def evaluate(q: np.ndarray) -> tuple[Pulls, ChartStates]:
-            """Solve for states at the feet on expansions about the latest ones; find the feet anew there."""
-            nonlocal latest
-            _, near = self._expanded(latest, q)
-            exact = self.chart.at(latest, scales(q)[1], near.A)
-            if np.all(np.isfinite(exact.numbers)):
-                latest = exact
-            return self._expanded(exact, q)
-
-        return self._descend(start, evaluate, HARD, tol=1e-12)
-
-    def _expanded(self, states: ChartStates, q: np.ndarray) -> tuple[Pulls, ChartStates]:
-        """Return the pairs at a rod nearby, their feet on the expansions of some states."""
-        pairs, (scale, log_r) = self.pairs(), scales(q)
-        A = pairs.feet(lambda A: states.expanded(A, log_r), states.A, scale, SPAN)
-        there = states.moved(A, log_r)
-        return pairs.pulls(there, scale), there
-
-    def _descend(
-        self,
-        start: Fitted,
-        evaluate: Callable[[np.ndarray], tuple[Pulls, ChartStates]],
-        hard: float,
-        tol: float,
-    ) -> Fitted:
-        """Minimise the loss over the rod in the directions that are free."""
+    def minimised(self, start: Fitted) -> Fitted | None:
+        """Minimise the loss over the rod in the directions that are free; None where no states are nearby."""
         from scipy.optimize import least_squares
 
+        rows = self.rows[0]
         basis, low, high = coordinates(start, self.free)
-        rows, shapes = self.rows
         at, last = start, (np.array([math.nan]), np.empty(0), np.empty(0))
+        # Solved states, about which the pairs look for their feet.
+        solved = start.states.take(rows)
+        solved = self.chart.at(solved, scales(start.q)[1], solved.A)
+        if not np.all(np.isfinite(solved.numbers)):
+            return None
 
         def residuals(z: np.ndarray) -> np.ndarray:
-            nonlocal at, last
+            nonlocal at, last, solved
             if np.array_equal(z, last[0]):
                 return last[1]
             self.watch()
             q = start.q + basis @ (z - 1.0)
-            r, by_q = [np.full(self._size, np.nan)], []
-            if RATIOS[0] * (1.0 - 1e-9) <= math.exp(scales(q)[1]) <= RATIOS[1] * (1.0 + 1e-9):
-                pulls, states = evaluate(q)
-                r, by_q = [pulls.r.ravel()], [pulls.projected.reshape(-1, 3)]
-                here = replace(at, q=q, states=at.states.put(rows, states))
-                for i in shapes:
-                    one, (scale, log_r) = np.array([i]), scales(q)
-                    near = here.states.take(one), float(here.origins[i])
-                    seen = self.observations[i]
-                    picture = best_picture(seen, self.chart, log_r, scale, near, hard, self.delta)
-                    origins = here.origins.copy()
-                    origins[i] = picture.origin
-                    here = replace(here, states=here.states.put(one, picture.state), origins=origins)
-                    r.append(picture.r)
-                    by_q.append(picture.projected)
-                if np.all(np.isfinite(np.concatenate(r))):
-                    at, last = here, (z.copy(), np.concatenate(r), np.vstack(by_q) @ basis)
-            return np.concatenate(r)
+            _, log_r = scales(q)
+            if not RATIOS[0] * (1.0 - 1e-9) <= math.exp(log_r) <= RATIOS[1] * (1.0 + 1e-9):
+                return np.full(size, np.nan)
+            # Solved at the feet on the expansions about the last states; the feet are found anew there.
+            exact = self.chart.at(solved, log_r, self._feet(solved, q).A, halvings=1)
+            if np.all(np.isfinite(exact.numbers)):
+                solved = exact
+            here = self._with_pictures(replace(at, q=q, states=at.states.put(rows, self._feet(exact, q))))
+            seen = self.seen(here)
+            r = np.concatenate([one.r for one in seen])
+            if np.all(np.isfinite(r)):
+                by_q = np.vstack([one.projected(self.delta) for one in seen])
+                at, last = here, (z.copy(), r, by_q @ basis)
+            return r
 
         def jacobian(z: np.ndarray) -> np.ndarray:
             residuals(z)
             return last[2]
 
-        begin = np.ones(basis.shape[1])
+        size, begin = sum(len(o.measured) for o in self.observations), np.ones(basis.shape[1])
         first = residuals(begin)
         if not np.all(np.isfinite(first)):
             raise NotConverged("the rod to start from has no state like one of those observed.")
         if not basis.shape[1]:
             return replace(at, deviance=self._cost(first), iterations=1)
-        solved = least_squares(
+        best = least_squares(
             residuals,
             begin,
             jacobian,
             bounds=(low, high),
             x_scale="jac",
             loss="linear" if self.delta is None else self._robust,
-            ftol=tol,
-            xtol=tol,
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
             gtol=1e-15,
             max_nfev=200,
         )
-        final = residuals(solved.x)
-        return replace(at, deviance=self._cost(final), iterations=int(solved.nfev))
+        final = residuals(best.x)
+        return replace(at, deviance=self._cost(final), iterations=int(best.nfev))
+
+    def _feet(self, states: ChartStates, q: np.ndarray) -> ChartStates:
+        """Return the pairs at a rod nearby, at their feet on the expansions of some states."""
+        scale, log_r = scales(q)
+        A = self.pairs.feet(lambda A: states.expanded(A, log_r), states.A, scale, SPAN)
+        return states.moved(A, log_r)
+
+    def _with_pictures(self, near: Fitted) -> Fitted:
+        """Return the pictures at the states and origins that suit them best."""
+        states, origins, (scale, log_r) = near.states, near.origins.copy(), scales(near.q)
+        for i in self.rows[1]:
+            one = np.array([i])
+            begin = states.take(one), float(origins[i])
+            picture = best_picture(self.observations[i], self.chart, log_r, scale, begin, self.delta)
+            states, origins[i] = states.put(one, picture.state), picture.origin
+        return replace(near, states=states, origins=origins)
 
     def _cost(self, r: np.ndarray) -> float:
         return float(loss(squared(r), self.delta)[0].sum())

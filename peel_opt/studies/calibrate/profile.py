@@ -12,8 +12,7 @@ from ...base.arrays import Columns
 from ...base.checks import positive, whole
 from ...base.errors import InvalidInput, NotConverged
 from ...model.rod import MATERIAL
-from .fitted import Fitted
-from .problem import watched
+from .problem import Fitted, watched
 from .search import BETTER
 
 if TYPE_CHECKING:
@@ -192,7 +191,7 @@ def _held(fit: Calibration, at: Fitted, place: int, value: float) -> Fitted:
     reached, share = 0.0, 1.0
     while reached < 1.0:
         q = at.q + (begin + min(1.0, reached + share) * (value - begin) - at.q[place]) * follow
-        trial = problem.exactly(replace(at, q=q, directions=np.eye(int(free.sum()))))
+        trial = problem.minimised(replace(at, q=q, directions=np.eye(int(free.sum()))))
         if trial is None:
             share *= 0.5
             if share < LEAST_SHARE:

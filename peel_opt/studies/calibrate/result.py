@@ -15,10 +15,9 @@ from ...base.records import write_table
 from ...equilibria.result import Equilibrium
 from ...model.bond import CohesiveLaw, as_asked
 from ...model.rod import UNITS, Rod
+from .covariance import chance
 from .data import Observation
-from .fitted import Fitted
-from .linear import chance
-from .problem import Problem
+from .problem import Fitted, Problem
 from .profile import LikelihoodProfile, interval, profile
 from .record import fit_columns, fit_record
 from .words import Combination

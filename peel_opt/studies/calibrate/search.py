@@ -13,13 +13,13 @@ from ...model.labels import fits
 from ...model.rod import RATIOS, Rod, require_ratio
 from ...residual.meshes import FITTED
 from .chart import Chart, ChartStates
+from .confirmed import resolved
+from .covariance import chance, singular
+from .curve import BranchSpline
 from .data import Observation
-from .fitted import Fitted
-from .linear import chance, singular
-from .pairs import BranchSpline, scales
-from .problem import Problem
+from .pairs import scales
+from .problem import Fitted, Problem
 from .start import begun, coarse_rods
-from .states import resolved
 from .words import combinations
 
 #: Difference of chi-square, by degree of freedom, of two fits that are one.
@@ -72,7 +72,7 @@ def best(seen: Sequence[Observation], known: Mapping[str, float], rod: object, p
             reason = str(error)
             continue
         likely = degrees == 0 or chance(found[-1].fitted.deviance, degrees) > SUSPICIOUS
-        if likely and not found[-1].strayed:
+        if likely and not found[-1].strayed and not found[-1].fitted.held:
             return found[-1]
         if len(found) > 1 and abs(found[-1].fitted.deviance - found[-2].fitted.deviance) < SAME * degrees:
             break  # two starts lead to one fit
@@ -82,7 +82,7 @@ def best(seen: Sequence[Observation], known: Mapping[str, float], rod: object, p
             remedy="Check units and states (state='folded' for a rod folded back over itself), give a rod to"
             " start from, or give lengths a standard deviation: near a fold no exact length may exist.",
         )
-    return min(found, key=lambda trial: (trial.strayed, trial.fitted.deviance))
+    return min(found, key=lambda trial: (trial.fitted.held, trial.strayed, trial.fitted.deviance))
 
 
 def _starts(
@@ -99,51 +99,54 @@ def _trial(rod: Rod, problem: Problem) -> Trial:
     require_ratio(rod.ratio)
     start, nodes = begun(rod, problem)
     try:
-        return _refined(problem, *_solved(problem, start, nodes))
+        return _refined(problem, _solved(problem, start, nodes))
     except PeelOptError:
         directions = _determined(problem, start, nodes)
         if directions.shape[1] in (0, start.directions.shape[1]):
             raise
-        return _refined(problem, *_solved(problem, replace(start, directions=directions), nodes))
+        return _refined(problem, _solved(problem, replace(start, directions=directions), nodes))
 
 
 def _determined(problem: Problem, start: Fitted, nodes: ChartStates) -> np.ndarray:
     """Directions of the free logarithms that the data determine at a start, to first order."""
-    nothing = replace(start, directions=start.directions[:, :0])
-    near, _ = problem.along_curves(nothing, nodes)
+    near = problem.minimised(nearer(problem, replace(start, directions=start.directions[:, :0]), nodes))
+    if near is None:
+        return start.directions
     jacobian = problem.linear_model(near).jacobian
     known = [c.determined for c in combinations(jacobian, problem.free)]
     return singular(jacobian)[1][known].T
 
 
-def _solved(problem: Problem, start: Fitted, nodes: ChartStates) -> tuple[Fitted, ChartStates]:
-    """Minimise along curves, then exactly, with every pair on the part of its curve nearest to it."""
-    near, nodes = problem.along_curves(start, nodes)
-    fitted = problem.exactly(near)
+def _solved(problem: Problem, start: Fitted, nodes: ChartStates) -> Fitted:
+    """Minimise, with every pair on the part of its curve nearest to it."""
+    fitted, again = start, nearer(problem, start, nodes)
     for _ in range(MOST_ROUNDS):
-        if fitted is None:
+        found = problem.minimised(again)
+        if found is None:
             break
-        again = _nearer(problem, fitted, nodes)
-        if again is None:
+        fitted, again = found, nearer(problem, found, nodes)
+        if again is fitted:
             _require_minimum(problem, fitted)
-            return fitted, nodes
-        fitted = problem.exactly(again)
+            return fitted
     raise NotConverged("the states of the observations do not settle.", remedy="Give a rod to start from.")
 
 
-def _nearer(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Fitted | None:
-    """Return a fit with its pairs moved to where their curve is nearer; None if none is."""
-    rows, scale = problem.rows[0], scales(fitted.q)[0]
+def nearer(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Fitted:
+    """Return a fit with its pairs moved to where their curve is nearer; the same one if none is."""
+    rows, (scale, log_r) = problem.rows[0], scales(fitted.q)
     if not len(rows):
-        return None
-    curve = BranchSpline.through(problem.chart.at(nodes, scales(fitted.q)[1], nodes.A, halvings=1))
-    pairs, states = problem.pairs(), fitted.states.take(rows)
-    own = (pairs.residuals(states.numbers, scale) ** 2).sum(axis=1)
-    A, cost = curve.nearest(pairs, scale)
-    moved = np.flatnonzero(cost < (1.0 - NEARER) * own - NEARER)
+        return fitted
+    curve = BranchSpline.through(problem.chart.at(nodes, log_r, nodes.A, halvings=1))
+    if len(curve.nodes) < 2:  # nothing of the curve of the start leads to this rod
+        return fitted
+    # States that were not solved yet are nearer anywhere.
+    own = problem.pairs.residuals(fitted.states.take(rows).numbers, scale)
+    known = np.nan_to_num((own**2).sum(axis=1), nan=np.inf)
+    A, cost = curve.nearest(problem.pairs, scale)
+    moved = np.flatnonzero(cost < (1.0 - NEARER) * known - NEARER)
     if not len(moved):
-        return None
-    there = problem.chart.at(curve.beside(A[moved]), scales(fitted.q)[1], A[moved])
+        return fitted
+    there = problem.chart.at(curve.beside(A[moved]), log_r, A[moved])
     return replace(fitted, states=fitted.states.put(rows[moved], there))
 
 
@@ -160,14 +163,14 @@ def _require_minimum(problem: Problem, fitted: Fitted) -> None:
         raise NotConverged(f"the fit stops {left:.1e} standard deviations before its minimum.")
 
 
-def _refined(problem: Problem, fitted: Fitted, nodes: ChartStates) -> Trial:
+def _refined(problem: Problem, fitted: Fitted) -> Trial:
     """Solve on finer meshes until the public functions agree with the fitted states."""
     best: Trial | None = None
     failure: PeelOptError | None = None
     for count in (mesh.nodes for mesh in FITTED):
         if count > problem.chart.nodes:
             problem = replace(problem, chart=Chart(problem.chart.law, count))
-            again = problem.exactly(fitted)
+            again = problem.minimised(fitted)
             if again is None:
                 break
             fitted = again

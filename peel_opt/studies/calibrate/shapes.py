@@ -1,8 +1,8 @@
-"""Points of a picture beside a solved shape: the place on it nearest to each, and how far it is."""
+"""A picture of the rod beside its states: how far its points are off, and the state that suits them best."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import casadi as ca
@@ -11,15 +11,23 @@ from numpy.polynomial.legendre import legvander
 
 from ...base.quadrature import gauss, integration_matrix, values_matrix
 from ...residual.discretisation import Discretisation
-from .chart import ChartStates
+from .chart import HIGHEST, Chart, ChartStates
+from .covariance import Seen, given_back, loss, squared
+from .curve import nearest
 from .data import Observation
-from .polyline import nearest
+from .pairs import GROUPS, Pairs
 
 #: Gauss nodes of each phase from which a shape is integrated, and lines by which it is looked through.
 NODES, LINES = 24, 100
 
 #: Steps towards the foot of a point; each leaves its distance over the radius of curvature.
 STEPS = 3
+
+#: Steps towards the best state, and the step in standard deviations at which it is there.
+MOST_STEPS, THERE = 40, 1e-8
+
+#: Longest step in A.
+LONGEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,3 +187,94 @@ def _fields(problem: Discretisation) -> ca.Function:
     """Compiled x -> Theta at the Gauss nodes of every phase, and its Jacobian."""
     Theta = problem.sample_expression(gauss(NODES)[0])[:, 0]
     return ca.Function("angles", [problem.x], [Theta, ca.jacobian(Theta, problem.x)])
+
+
+@dataclass(frozen=True, eq=False)
+class SeenShape(Seen):
+    """A picture at a state: what it misses in standard deviations, length and pressure first.
+
+    Its own unknowns are A, and where it is free the origin in eta.
+
+    Parameters
+    ----------
+    state : ChartStates
+        Of length 1.
+    origin : float
+        x of the detachment point [m].
+    cost : float
+        Loss of the two numbers and of all points.
+    step : ndarray, shape (own,)
+        Step of Gauss and Newton in the own unknowns.
+    beyond_tip : int
+        Points that have the tip itself as their foot.
+    """
+
+    state: ChartStates = field(kw_only=True)
+    origin: float = field(kw_only=True)
+    cost: float = field(kw_only=True)
+    step: np.ndarray = field(kw_only=True)
+    beyond_tip: int = field(kw_only=True)
+
+    @classmethod
+    def at(
+        cls,
+        observation: Observation,
+        state: ChartStates,
+        origin: float,
+        scale: np.ndarray,
+        delta: float | None,
+    ) -> SeenShape:
+        """Compare a picture with a state of the rod that has this eta and T0, ``scale``."""
+        numbers = Pairs.of([observation]).seen(state, scale)[0]
+        points = misses(observation, state, float(scale[0]), origin)
+        r = np.concatenate([numbers.r, points.r])
+        by_q = np.vstack([numbers.by_q, points.by_groups @ GROUPS])
+        # The origin in eta: both unknowns then are of the size of one.
+        own = np.hstack([numbers.by_own, np.zeros((2, 1))])
+        by_own = np.vstack([own, points.by_own * (1.0, scale[0])])[:, : 1 + observation.free_origin]
+        cost, weight = loss(squared(r), delta)
+        root = np.sqrt(np.repeat(weight, 2))[:, None]
+        step = -given_back(root * by_own, root * r[:, None])[:, 0]
+        return cls(
+            r,
+            by_q,
+            by_own,
+            observation.measured,
+            state=state,
+            origin=origin,
+            cost=float(cost.sum()),
+            step=step,
+            beyond_tip=points.beyond_tip,
+        )
+
+
+def best_picture(
+    observation: Observation,
+    chart: Chart,
+    log_r: float,
+    scale: np.ndarray,
+    near: tuple[ChartStates, float],
+    delta: float | None,
+) -> SeenShape:
+    """Return a picture at the state and the origin that suit it best, from some nearby.
+
+    Steps of Gauss and Newton, halved where they lead to something worse.
+    """
+    state, origin = near
+    A, share, best = float(state.A[0]), 1.0, None
+    for _ in range(MOST_STEPS):
+        state = chart.at(state, log_r, np.array([A]))
+        here = SeenShape.at(observation, state, origin, scale, delta)
+        if best is None or here.cost <= best.cost:
+            best, share = here, min(1.0, 2.0 * share)
+        else:
+            share *= 0.25
+        step = best.step
+        if not np.isfinite(best.cost) or np.linalg.norm(best.by_own @ step) * share < THERE:
+            break
+        state, origin = best.state, best.origin
+        A = min(max(float(state.A[0]) + float(np.clip(share * step[0], -LONGEST, LONGEST)), 0.0), HIGHEST)
+        if observation.free_origin:
+            origin += share * float(step[1] * scale[0])
+    assert best is not None
+    return best

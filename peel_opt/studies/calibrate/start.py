@@ -14,18 +14,15 @@ import numpy as np
 
 from ...base.errors import NotConverged
 from ...continuation.points import Point
-from ...continuation.primary import PrimaryBranch, primary_branch
 from ...model.bond import CohesiveLaw
 from ...model.labels import fits
 from ...model.rod import MATERIAL, Rod
-from ...residual.closures import Closure
 from ...residual.shape import sample_shape
 from .chart import HIGHEST, ChartStates
+from .curve import branch_of, nearest
 from .data import Observation
-from .fitted import Fitted
 from .pairs import logarithms
-from .polyline import nearest
-from .problem import Problem
+from .problem import Fitted, Problem
 
 #: Ratios eta/y0 that are tried.
 GRID = np.geomspace(0.006, 2500.0, 29)
@@ -35,13 +32,6 @@ SOFT = 0.1
 
 #: How far past the least pressure the curve of a rod goes on, in A: other rods turn a little later.
 MARGIN = 0.6
-
-
-def branch_of(law: CohesiveLaw, ratio: float) -> PrimaryBranch:
-    """Return the whole branch of a rod, from T to contact."""
-    branch = primary_branch(law, Closure("ratio", ratio))
-    branch.extend(lambda last: last.scalars.A > HIGHEST)
-    return branch
 
 
 def begun(rod: Rod, problem: Problem) -> tuple[Fitted, ChartStates]:

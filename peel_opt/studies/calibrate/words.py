@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...model.labels import UNFOLDED, fits
-from .band import fitted_curve
-from .linear import singular
+from .covariance import singular
+from .curve import fitted_curve
 from .pairs import Pairs, scales
 
 if TYPE_CHECKING:
@@ -212,14 +212,14 @@ def _goodness(fit: Calibration) -> str:
 def _states(fit: Calibration) -> list[str]:
     """Say which states are not those asked for, or not physical."""
     found = []
-    at_T = fit.problem.at_T(fit.fitted)
-    for observation, eq, held in zip(fit.observations, fit.equilibria, at_T, strict=True):
+    seen = fit.problem.seen(fit.fitted)
+    for observation, eq, one in zip(fit.observations, fit.equilibria, seen, strict=True):
         if not fits(eq.state, observation.state):
             found.append(
                 f"{observation.name} is fitted on the {eq.state} state, not the {observation.state} one:"
                 " it lies past the end of that part of the branch."
             )
-        if held:
+        if one.at_T:
             found.append(
                 f"{observation.name} is fitted at T itself: no detached state has a pressure above the T0 of"
                 f" {fit.rod.adhesion_strength:.6g} Pa."

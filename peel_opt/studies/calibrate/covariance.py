@@ -1,4 +1,4 @@
-"""What the residuals of a fit do when the material numbers move: the reduced Jacobian.
+"""Residuals, the loss they cost, their reduced Jacobian, and the covariance that follows from it.
 
 What an observation leaves open of itself, its place on the branch or where a picture has its origin, is
 an unknown of its own and is projected out.
@@ -17,7 +17,7 @@ UNSEEN = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """One observation at its fitted state.
+    """One observation at a state of its own.
 
     Its rows come in twos: length and pressure, then x and y of every measured point.  Each two are one
     item, which a robust loss weighs as a whole.
@@ -32,12 +32,20 @@ class Seen:
         By the unknowns of its own.
     measured : ndarray of bool, shape (2 items,)
         False for what was given exactly, or not at all.
+    at_T : bool
+        Whether the state is held at T, where it has no place of its own.
     """
 
     r: np.ndarray
     by_q: np.ndarray
     by_own: np.ndarray
     measured: np.ndarray
+    at_T: bool = False
+
+    def projected(self, delta: float | None) -> np.ndarray:
+        """Derivatives by q where the own unknowns follow, weighed as the loss weighs the items."""
+        root = np.sqrt(np.repeat(loss(squared(self.r), delta)[1], 2))[:, None]
+        return self.by_q - self.by_own @ given_back(root * self.by_own, root * self.by_q)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,7 @@ from ...model.bond import CohesiveLaw, as_asked
 from ...model.labels import UNFOLDED
 from ...model.rod import Rod
 from ...residual.closures import Closure
-from .fitted import Fitted
-from .problem import Problem
+from .problem import Fitted, Problem
 
 #: Largest difference (p/T0 or sbar/eta) between a fitted state and the public answer.
 MOST_APART = 1e-6
