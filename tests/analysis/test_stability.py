@@ -1,6 +1,6 @@
 """Stability: exact values at T, a second discretisation, and where it changes along branches.
 
-Modules: `stability`, `stability_along`.
+Modules: `stability`, `stability_along`, and of the residual `motions`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Folds at fixed beta0 as a curve, with its turn and its cusp, and as an optimum.
 
-Modules: `fold_curve`, `fold_optimum`.
+Modules: `fold_curve`, `fold_optimum`, and of the continuation `folds`.
 """
 
 from __future__ import annotations
