@@ -21,7 +21,7 @@ from .methods import Answer, Method, as_method, certify, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
 from .scenes import ask_scene, plain_law, refuse_options
-from .select import THROUGH, BranchSearch, far_from, select
+from .select import THROUGH, SelectionWalk, far_from, select
 from .unfolded import seeded
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
@@ -255,7 +255,7 @@ def solve_question(
     question: Question,
     method: str | Method | Transcription = "auto",
     tol: float = 1e-8,
-    search: BranchSearch = THROUGH,
+    search: SelectionWalk = THROUGH,
 ) -> Equilibrium:
     """Find the state a question means, solve for it and certify the answer.
 
@@ -267,7 +267,7 @@ def solve_question(
     return question.stamped(_certified(question, as_method(method), positive("tol", tol), search))
 
 
-def _certified(question: Question, method: Method, tol: float, search: BranchSearch) -> Equilibrium:
+def _certified(question: Question, method: Method, tol: float, search: SelectionWalk) -> Equilibrium:
     began = time.perf_counter()
     if method.series and question.near is None and question.state != "folded":
         summed = _summed(question, method, tol)

@@ -32,7 +32,7 @@ NEARBY = 0.1
 
 
 @dataclass(frozen=True)
-class BranchSearch:
+class SelectionWalk:
     """Along which branches the state that a question means is looked for, and how long.
 
     Parameters
@@ -57,7 +57,7 @@ class BranchSearch:
 
 
 #: As far as it takes.
-THROUGH = BranchSearch()
+THROUGH = SelectionWalk()
 
 
 class Selected(NamedTuple):
@@ -77,7 +77,7 @@ class Selected(NamedTuple):
     walked: int
 
 
-def select(question: Question, search: BranchSearch = THROUGH) -> Selected:
+def select(question: Question, search: SelectionWalk = THROUGH) -> Selected:
     """Follow the branch as far as the question needs and pick the state it means.
 
     Raises
@@ -140,13 +140,13 @@ def _never() -> bool:
     return False
 
 
-def _unseen(branch: PrimaryBranch, question: Question, search: BranchSearch) -> bool:
+def _unseen(branch: PrimaryBranch, question: Question, search: SelectionWalk) -> bool:
     """Whether the state that is meant may lie where there was no time to look."""
     anywhere = question.near is not None and question.state is None
     return (anywhere and math.isfinite(search.deadline)) or search.goal(question).cut_short(branch)
 
 
-def _off_the_branch(closure: Closure, question: Question, search: BranchSearch) -> list[Candidate]:
+def _off_the_branch(closure: Closure, question: Question, search: SelectionWalk) -> list[Candidate]:
     """States that are not on the detached primary branch, near the answer sought."""
     goal = search.goal(question)
     if question.near is None or goal.target.kind != "length":
@@ -187,7 +187,7 @@ def _nearest_candidate(candidates: list[Candidate], question: Question) -> Candi
 
 
 def _nothing_fits(
-    branch: PrimaryBranch, question: Question, search: BranchSearch, found: list[Candidate]
+    branch: PrimaryBranch, question: Question, search: SelectionWalk, found: list[Candidate]
 ) -> PeelOptError:
     """Say what exists instead, or that the branch could not be followed far enough to know."""
     goal = search.goal(question)
@@ -253,7 +253,7 @@ def _not_followed(branch: PrimaryBranch, question: Question, in_range: bool) -> 
     )
 
 
-def _nearest(branch: PrimaryBranch, question: Question, search: BranchSearch) -> float | None:
+def _nearest(branch: PrimaryBranch, question: Question, search: SelectionWalk) -> float | None:
     """Value of the given number, nearest to the one asked, that the wanted states have."""
     if question.rod is None:
         # The caller keeps beta0, so what exists is read off the branch at this beta0.

@@ -120,7 +120,7 @@ class SpectralFields:
     def _at(self, function: Callable[..., Any], phases: Phases, local: int, *arguments: ca.MX) -> Field:
         """Apply a function at some points of some phases."""
         form, gradients = self._form, self._gradients
-        return _field(function, phases, local, arguments, self.tail, form=form, gradients=gradients)
+        return _spectral_field(function, phases, local, arguments, self.tail, form=form, gradients=gradients)
 
     def residual(self) -> ca.MX:
         """(12a) at the nodes, K(1) = 0, the equation at the edge, y = y0 at the switches."""
@@ -177,7 +177,7 @@ def _height(Y: Any, scalars: Scalars, _piece: Piece) -> Any:
     return scalars.height(Y)
 
 
-def _field(
+def _spectral_field(
     function: Callable[..., Any],
     phases: Phases,
     local: int,

@@ -17,7 +17,7 @@ from peel_opt.continuation.family import Family
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.equilibria.ask import solve_question
 from peel_opt.equilibria.question import Question
-from peel_opt.equilibria.select import BranchSearch
+from peel_opt.equilibria.select import SelectionWalk
 from peel_opt.model.bond import CohesiveLaw
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.meshes import PATH
@@ -46,12 +46,12 @@ def test_a_walk_that_is_cut_short_says_so_and_goes_on_when_it_is_asked_again(que
     branch = fresh()
     for _ in range(5):
         with pytest.raises(po.NotConverged, match="so far") as refused:
-            solve_question(question, "spectral", search=BranchSearch(branch, deadline=0.0))
+            solve_question(question, "spectral", search=SelectionWalk(branch, deadline=0.0))
         assert refused.value.nearest is None
     found = None
     while found is None:
         with suppress(po.NotConverged):
-            search = BranchSearch(branch, deadline=time.perf_counter() + 2e-3)
+            search = SelectionWalk(branch, deadline=time.perf_counter() + 2e-3)
             found = solve_question(question, "spectral", search=search)
     exact = solve_question(question, "spectral")
     assert found.state == exact.state
@@ -66,10 +66,10 @@ def test_what_does_not_exist_is_said_once_enough_has_been_walked(given: dict[str
     question = Question.of_rod(ROD, name, float(value), **dict(rest))  # type: ignore[arg-type]
     branch = fresh()
     with pytest.raises(po.NotConverged, match="so far"):
-        solve_question(question, "spectral", search=BranchSearch(branch, deadline=0.0))
+        solve_question(question, "spectral", search=SelectionWalk(branch, deadline=0.0))
     with pytest.raises(po.NoEquilibrium) as in_time:
         solve_question(
-            question, "spectral", search=BranchSearch(branch, deadline=time.perf_counter() + 600.0)
+            question, "spectral", search=SelectionWalk(branch, deadline=time.perf_counter() + 600.0)
         )
     with pytest.raises(po.NoEquilibrium) as exact:
         solve_question(question)
@@ -84,7 +84,7 @@ def test_the_branch_at_the_beta0_of_the_groups_holds_the_states_of_the_rod(
     law: str, lam: float, state: str
 ) -> None:
     question = Question.of_groups(4.0, lam, law=law, state=state)
-    along = solve_question(question, method="spectral", search=BranchSearch(fresh(), path=question.given[0]))
+    along = solve_question(question, method="spectral", search=SelectionWalk(fresh(), path=question.given[0]))
     rod = solve_question(question, method="spectral")
     assert along.state == rod.state
     assert along.answer == pytest.approx(rod.answer, abs=along.error + rod.error)

@@ -111,7 +111,7 @@ def _hysteresis(arguments: argparse.Namespace) -> int:
         options["form"] = getattr(NormalForm, arguments.form)()
 
     from ...analysis.hysteresis import hysteresis
-    from ..loop_report import loop_record, loop_stem, loop_table, write_loop
+    from ..hysteresis_report import loop_record, loop_stem, loop_table, write_loop
     from ..report import as_json
 
     files = out_files(arguments)

@@ -15,7 +15,7 @@ from ...equilibria.ask import require_certified, solve_from, solve_question
 from ...equilibria.methods import Method
 from ...equilibria.question import Question
 from ...equilibria.result import Equilibrium
-from ...equilibria.select import BranchSearch
+from ...equilibria.select import SelectionWalk
 from ...model.labels import fits
 from ...residual.meshes import DRAFT, MOVING, SKETCH
 from ...residual.newton import SolvedState
@@ -104,7 +104,7 @@ def quick_answer(state: State, deadline: float, before: Equilibrium | None = Non
         # Below the turn the branch at the state's own beta0, which is drawn, holds the states that are
         # not folded; a click may mean one of these.
         beside = state.rod is None and state.beta0 < TURN and state.label != "folded" and state.near is None
-        search = BranchSearch(quick_branch, question.given[0] if beside else None, deadline)
+        search = SelectionWalk(quick_branch, question.given[0] if beside else None, deadline)
         try:
             return solve_question(question, method, tol, search)
         except NotConverged:
