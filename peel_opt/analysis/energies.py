@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import overload
 
 import casadi as ca
 import numpy as np
@@ -28,9 +29,11 @@ from ..base.threads import one_thread
 from ..continuation.family import Family
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import discretised, law_of, transcription_of, walked
+from ..equilibria.result import Equilibrium
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
+from .energy_terms import EnergyTerms, energy_terms
 
 #: Gauss points per phase; the balance is then met to 1e-10 wherever the branch is.
 POINTS = 32
@@ -115,29 +118,43 @@ class Energies(Columns):
         return int(turns[0]) + 1
 
 
-@one_thread
-def energies(branch: Branch) -> Energies:
-    """Return the energies along a rod's branch that starts at the straight rod.
+@overload
+def energies(subject: Branch) -> Energies: ...
 
-    Between its points the branch is solved at further tip angles, so that the swept area is
+
+@overload
+def energies(subject: Equilibrium) -> EnergyTerms: ...
+
+
+def energies(subject: Branch | Equilibrium) -> Energies | EnergyTerms:
+    """Return the energies of a state, or those along a rod's branch that starts at the straight rod.
+
+    Between its points a branch is solved at further tip angles, so that the swept area is
     integrated by Gauss's rule whatever the spacing.
 
     Parameters
     ----------
-    branch : Branch
-        From `peel_opt.trace`, of a rod.
+    subject : Branch or Equilibrium
+        A branch of a rod from `peel_opt.trace`, or a state of a rod or a scene.
 
     Returns
     -------
-    Energies
+    Energies or EnergyTerms
 
     Raises
     ------
     InvalidInput
-        If the branch is not one of a single rod that starts at T.
+        If the branch is not one of a single rod that starts at T, or the state comes from a file.
     NotConverged
-        If it cannot be solved between its points.
+        If it cannot be solved between its points, or again on a finer mesh.
     """
+    if isinstance(subject, Equilibrium):
+        return energy_terms(subject)
+    return _along(subject)
+
+
+@one_thread
+def _along(branch: Branch) -> Energies:
     if require_branch(branch).hold != "ratio" or branch.A[0] != 0.0 or branch.solutions is None:
         raise InvalidInput(
             "energies are counted from T on, along the branch of one rod.",

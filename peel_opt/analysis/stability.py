@@ -14,7 +14,6 @@ import numpy as np
 from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..equilibria.result import Equilibrium
-from ..residual.closures import Closure
 from ..residual.motions import Spectrum
 from ..residual.shape import Solution
 
@@ -118,16 +117,7 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
             "this equilibrium carries no discrete solution to linearise about.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    return Stability.read(Spectrum(state.source.problem, state.source.x, *_given(state)))
-
-
-def _given(eq: Equilibrium) -> tuple[Closure, ...]:
-    """Return the numbers that an equilibrium was asked at, beside the rod or beta0."""
-    if eq.answered == "alpha1":
-        return (Closure("lam", eq.lam),)
-    pressure, length = Closure("pressure", eq.pressure_ratio), Closure("length", eq.length_ratio)
-    of = {"length_ratio": (pressure,), "pressure_ratio": (length,)}
-    return of.get(eq.answered, (pressure, length))
+    return Stability.read(Spectrum(state.source.problem, state.source.x, *state.asked_at))
 
 
 #: What the paper reads off its effective potential at a given length: minimum or maximum.

@@ -181,10 +181,17 @@ class SceneBranch:
         return later > first
 
     @cached_property
-    def _turns(self) -> list[float]:
-        """Arclengths at which what loads the rod has an extremum."""
+    def _turns(self) -> list[Point]:
+        """Where what loads the rod has an extremum."""
         kind = "LP-pressure" if not self.family.free else "LP-load"
-        return [f.point.arclength for f in self.folds if f.kind == kind]
+        return [f.point for f in self.folds if f.kind == kind]
+
+    @cached_property
+    def _least(self) -> list[float]:
+        """Arclengths at which it has a minimum; beside a rest rounding makes maxima of its own."""
+        loads = [self.family.loading(p) for p in (*self._turns, *self.points[-1:])]
+        falls = [here < there for here, there in pairwise(loads)]
+        return [p.arclength for p, low in zip(self._turns, falls, strict=True) if low]
 
     @property
     def snap(self) -> Located | None:
@@ -199,12 +206,13 @@ class SceneBranch:
         there, or from T: "middle" until the first fold in length, "lower" until the minimum pressure,
         "folded" after it.  Where another number than the pressure varies, what is not lifted is "other".
         """
-        snap = self._turns[0] if self.rises and self._turns else math.inf if self.rises else -math.inf
+        first = self._turns[0].arclength if self._turns else math.inf
+        snap = first if self.rises else -math.inf
         if arclength < snap:
             return "lifted"
         if self.family.free is not None:
             return "other"
-        least = next((at for at in self._turns if at > snap), math.inf)
+        least = next((at for at in self._least if at > snap), math.inf)
         if arclength > least:
             return "folded"
         bends = (f.point.arclength for f in self.folds if f.kind == "LP-length")

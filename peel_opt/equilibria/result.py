@@ -15,6 +15,7 @@ from ..base.records import Schema, Stored, Table, read_csv
 from ..model.groups import Groups
 from ..model.labels import DISQUALIFYING
 from ..model.rod import Rod
+from ..residual.closures import Closure
 from ..residual.shape import Shape, Solution
 from .storage import (
     equilibrium_head,
@@ -169,6 +170,15 @@ class Equilibrium(Groups[float], Stored):
         if self.answered in self.numbers:
             return self.numbers[self.answered] / self.unit
         return float(getattr(self, self.answered))
+
+    @property
+    def asked_at(self) -> tuple[Closure, ...]:
+        """The numbers it was asked at, beside the rod or beta0 and the numbers of a scene."""
+        if self.answered == "alpha1":
+            return (Closure("lam", self.lam),)
+        pressure, length = Closure("pressure", self.pressure_ratio), Closure("length", self.length_ratio)
+        alone = {"length_ratio": (pressure,), "pressure_ratio": (length,)}
+        return alone.get(self.answered, (pressure, length))
 
     @property
     def certified(self) -> bool:

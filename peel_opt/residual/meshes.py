@@ -37,8 +37,8 @@ TRACED = (
     tuple(Spectral(nodes) for nodes in (24, 36, 54)),
 )
 
-#: Small motions of states that come from a mesh with an order: solved again on one without.
-MOTIONS = Spectral(nodes=32)
+#: States that come from a mesh with an order, solved again on one without: their motions and energies.
+FINER = Spectral(nodes=32)
 
 #: The reference of a comparison of methods: three times the nodes the spectral one starts with.
 REFERENCE = Spectral(nodes=54)

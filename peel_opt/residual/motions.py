@@ -29,26 +29,20 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eig, null_space
 
-from ..base.errors import NotConverged
 from ..base.quadrature import Grid
 from ..base.threads import one_thread
 from .closures import Closure
 from .discretisation import Discretisation
 from .load_rates import LoadRates, plain_load_rates
-from .meshes import MOTIONS
-from .newton import correct
 from .scene_load_rates import scene_load_rates
-from .scene_spectral import SceneDiscretisation, SceneSpectral
-from .spectral import Spectral
+from .scene_spectral import SceneDiscretisation
+from .solved_again import solved_again
 
 #: Polynomial degrees per phase of the two solves whose difference is the error.
 DEGREES = (16, 22)
 
 #: Eigenvalues reported, smallest magnitude first.
 REPORTED = 4
-
-#: How far a state may be, relative to its size, from itself on a finer mesh.
-APART = 0.1
 
 #: An eigenvalue, over the next, up to which it is that of a strip that shifts along its wall.
 SHIFT = 1e-6
@@ -93,7 +87,7 @@ class Spectrum:
     @one_thread
     def __init__(self, problem: Discretisation, x: np.ndarray, *given: Closure) -> None:
         problem, x = problem.without_points(x)
-        states = (problem, x), _finer(problem, x, given)
+        states = (problem, x), solved_again(problem, x, given)
         coarse, self._fine = (Motions(*state, degree) for state, degree in zip(states, DEGREES, strict=True))
         self.mu, rough = self._fine.eigenvalues(), coarse.eigenvalues()
         self.lowest = self.mu[:REPORTED]
@@ -121,27 +115,6 @@ class Spectrum:
         if not self._fine.rates.encloses:
             return None
         return _negative(self._fine.eigenvalues(fixed_volume=True), self.error)
-
-
-def _finer(
-    problem: Discretisation, x: np.ndarray, given: tuple[Closure, ...]
-) -> tuple[Discretisation, np.ndarray]:
-    """Return the same state on a finer mesh."""
-    s, own = problem.scalars(x), problem.settings
-    mesh = own.refined() if isinstance(own, Spectral | SceneSpectral) else MOTIONS
-    finer = mesh.discretise(problem.phases)
-    rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
-    start = problem.prolonged(x, finer)
-    at_a_fold = (*given[:-1], Closure("amplitude", s.A))  # where only this one is regular
-    for closing in (given, at_a_fold) if given else (at_a_fold,):
-        found = correct(finer, start, (rod, *closing))
-        here, there = x[problem.tail], found.x[finer.tail]
-        if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < APART:
-            return finer, found.x
-    raise NotConverged(
-        "the state could not be solved again on a finer mesh, to tell the error of its motions.",
-        remedy="Compute it with a finer method or a smaller tol.",
-    )
 
 
 def _is_real(mu: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ def scene_load_rates(problem: SceneDiscretisation, x: np.ndarray, zeta: np.ndarr
     """Return a state of a scene and the derivatives of its loads, at local coordinates of every phase."""
     scene, q = problem.settings.scene, problem.found(x)
     parts, numbers, sbar = _Parts(scene, tuple(q)), np.array(list(q.values())), problem.scalars(x).sigma
-    places, fields = _places(problem, x, zeta)
+    places, fields = places_of(problem, x, zeta)
     stretches = zip(problem.phases, np.split(places, len(problem.phases)), strict=True)
     loads = [_load(parts, piece)(here.T, numbers) for piece, here in stretches]
     rates = [found[1].full().reshape(2, len(FIELDS), -1, order="F") for found in loads]
@@ -43,7 +43,7 @@ def scene_load_rates(problem: SceneDiscretisation, x: np.ndarray, zeta: np.ndarr
     by_pressure = np.concatenate([found[2].full() for found in loads], axis=1)
     # Position counts from the front, along a plate: it falls as the front goes on.
     by_length = by[:, :, 4] - (by[:, :, 1] if scene.is_flat else 0.0)
-    tip, edge = _places(problem, x, np.zeros(1))[0][0], _places(problem, x, np.ones(1))
+    tip, edge = places_of(problem, x, np.zeros(1))[0][0], places_of(problem, x, np.ones(1))
     theta, at_edge = places[:, 1], float(edge[0][-1, 1])
     normal = np.stack([-np.sin(theta), np.cos(theta)])
     return LoadRates(
@@ -149,7 +149,7 @@ def _switches(
     problem: SceneDiscretisation, parts: _Parts, x: np.ndarray, numbers: np.ndarray
 ) -> Iterator[Switch]:
     """Yield the places where the load jumps that move with the shape: kinks of the bond."""
-    places, fields = _places(problem, x, np.ones(1))
+    places, fields = places_of(problem, x, np.ones(1))
     for j, (before, after) in enumerate(pairwise(problem.phases)):
         here = places[j][:, None]
         jump = (_load(parts, before)(here, numbers)[0] - _load(parts, after)(here, numbers)[0]).full()
@@ -164,7 +164,7 @@ def _switches(
         yield Switch(j, sbar**3 * jump.ravel(), rates, float(slope))
 
 
-def _places(
+def places_of(
     problem: SceneDiscretisation, x: np.ndarray, zeta: np.ndarray
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return s and `FIELDS` over eta, a row for each place, and curvature and forces over k and sbar."""

@@ -196,12 +196,18 @@ def test_the_branch_of_a_scene_has_its_folds() -> None:
         po.trace(po.Scene(ROD, unbonded=1.0), law="linear")
 
 
+def test_rounding_beside_a_rest_makes_no_state_folded() -> None:
+    """Here p falls from T0/(1 - 0.1/3) at rest on, so that its first extremum is the least pressure."""
+    loads = [po.Pressure(po.profiles.linear(-0.1), dead=0.3), po.SkinFriction(share=0.1)]
+    assert po.solve(po.Scene(ROD, loads), free="length", pressure=0.75).state == "middle"
+
+
 def test_the_front_may_stand_on_what_was_never_glued() -> None:
     """Friction bends a loose edge without help of the bond; its identity then has no work of separation."""
-    branch = po.trace(po.Scene(ROD, [po.SkinFriction(traction=0.1)], unbonded=0.6), points=12)
-    loose = branch.length < 0.6
-    assert loose.any()
-    assert branch.certificate[loose].max() < 1e-12
+    scene = po.Scene(ROD, [po.SkinFriction(traction=0.1)], unbonded=0.6)
+    eq = po.solve(scene, free="pressure", length=0.55)
+    assert (eq.state, eq.certified) == ("lifted", True)
+    assert po.energies(eq).separation == 0.0
 
 
 def test_beside_a_transition_a_scene_denies_nothing() -> None:
