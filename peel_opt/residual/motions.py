@@ -143,7 +143,7 @@ class Motions:
         self.rates = _load_rates(problem, x, grid.xi)
         self.weights = np.concatenate([length * grid.weights for length in self.lengths])
         moves = self.rates.curl != 0.0
-        self.value, self.slope = _continuous_basis(degree, grid.xi, self.lengths, free_edge=moves)
+        self.value, self.slope = continuous_basis(degree, grid.xi, self.lengths, free_edge=moves)
         # Integrals from each point to the edge: within its phase and over those after it.
         count, points = len(self.lengths), len(grid.xi)
         inside = np.kron(np.diag(self.lengths), grid.to_right)
@@ -250,8 +250,8 @@ def _without_shift(mu: np.ndarray) -> np.ndarray:
     return np.delete(mu, np.argmin(size)) if size.min() <= SHIFT * np.partition(size, 1)[1] else mu
 
 
-def _continuous_basis(
-    degree: int, nodes: np.ndarray, lengths: np.ndarray, *, free_edge: bool
+def continuous_basis(
+    degree: int, nodes: np.ndarray, lengths: np.ndarray, *, free_edge: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and xi-derivatives at the Gauss nodes of all phases; zero at the edge unless it is free.
 

@@ -1,0 +1,78 @@
+"""Polynomials for theta between tip, kinks of the bond and front, with what holds at the front built in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ..base.quadrature import Grid
+from ..residual.motions import continuous_basis
+
+#: Gauss points of a phase beyond its degree.
+MORE = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Polynomials of one degree in ``count`` phases of length 1, and integrals from each point to the front."""
+
+    count: int
+    degree: int
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Points of a phase."""
+        return Grid.gauss(self.degree + MORE)
+
+    @cached_property
+    def tables(self) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes at the points of all phases, with theta = theta' = 0 at the front."""
+        return self.at(self.grid.xi)
+
+    def at(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes at local coordinates, the same in every phase."""
+        with_end = np.append(xi, 1.0)
+        value, slope = continuous_basis(self.degree, with_end, np.ones(self.count))
+        last = slope[-1]
+        first = self.count + (self.count - 1) * (self.degree - 1)  # the first bubble of the last phase
+        others = np.arange(value.shape[1]) != first
+        rows = np.arange(value.shape[0]) % len(with_end) != len(xi)
+        share = last[others] / last[first]
+        return tuple(
+            table[np.ix_(rows, others)] - np.outer(table[rows, first], share) for table in (value, slope)
+        )  # type: ignore[return-value]
+
+    @cached_property
+    def size(self) -> int:
+        """Number of coefficients of theta."""
+        return self.tables[0].shape[1]
+
+    @cached_property
+    def outward(self) -> np.ndarray:
+        """Integrals from each point to the front, per length of each phase, (count, points, points)."""
+        n, grid = len(self.grid.xi), self.grid
+        out = np.zeros((self.count, self.count * n, self.count * n))
+        for j in range(self.count):
+            here = slice(j * n, (j + 1) * n)
+            out[j, here, here] = grid.to_right
+            out[j, : j * n, here] = grid.weights
+        return out
+
+    @cached_property
+    def whole(self) -> np.ndarray:
+        """Integrals over each phase, per its length, (count, points)."""
+        return np.kron(np.eye(self.count), self.grid.weights)
+
+    @cached_property
+    def bending(self) -> np.ndarray:
+        """int theta_xi theta_xi of each phase, (count, size, size)."""
+        slope = self.tables[1]
+        return np.array([slope.T @ (weights[:, None] * slope) for weights in self.whole])
+
+
+@lru_cache(maxsize=32)
+def basis(count: int, degree: int) -> Basis:
+    """Return the polynomials of one degree in so many phases."""
+    return Basis(count, degree)

@@ -1,0 +1,233 @@
+"""Steps in time of an implicit residual R(u, u', u'') = 0: Radau IIA with five stages, order nine.
+
+R may have algebraic rows and no u''.  SciPy integrates no such systems, and IDAS, whose interface in CasADi
+takes u' for algebraic unknowns, repeats a step of six on a residual of this kind and begins at order one after
+every event.  Collocation is one formula for both forms: with D the derivative of the interpolant through the
+start and the stages, u' = D u and u'' = D u'.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.linalg import lu_factor, lu_solve
+
+from ..base.errors import NotConverged
+
+#: Stages: the cost of an error of 1e-9 is least with about five.
+STAGES = 5
+
+#: Corrections of a step before it is tried shorter.
+MOST_CORRECTIONS = 12
+
+#: Times by which a step may grow or shrink, and its share of what its error allows.
+GROWTH, SHRINKAGE, SAFETY = 2.0, 0.25, 0.85
+
+#: Share of the error of a step that its equations may be left with, the ratio of two corrections from which
+#: the derivatives are taken anew, and the correction from which a step is tried shorter.
+CONVERGED, SLOW, FARTHEST = 0.01, 0.2, 3.0
+
+#: What a coefficient that vanishes is taken for.
+TINY = 1e-30
+
+#: Shortest step, of the one that was tried first.
+SHORTEST = 1e-9
+
+
+class Linear(Protocol):
+    """A residual and its derivatives."""
+
+    @property
+    def residual(self) -> np.ndarray:
+        """What must vanish."""
+
+    @property
+    def by_state(self) -> np.ndarray:
+        """Its derivative by u."""
+
+    @property
+    def by_rate(self) -> np.ndarray:
+        """By u'."""
+
+    @property
+    def by_second(self) -> np.ndarray:
+        """By u''."""
+
+
+class System(Protocol):
+    """What is integrated."""
+
+    def residual(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """R(u, u', u'')."""
+
+    def balance(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> Linear:
+        """R with its derivatives."""
+
+    def felt(self, change: np.ndarray) -> np.ndarray:
+        """What of a change of unknowns, (..., n), counts as error, (..., m)."""
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """Radau IIA on [0, 1]."""
+
+    stages: int
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """0, and the zeros of P_s - P_(s-1), of which the last is 1."""
+        series = np.zeros(self.stages + 1)
+        series[-2:] = -1.0, 1.0
+        return np.append(0.0, 0.5 * (1.0 + np.sort(legendre.legroots(series).real)))
+
+    @cached_property
+    def differences(self) -> np.ndarray:
+        """From values at the stages less that at the start to derivatives at the stages."""
+        matrix = self.derivatives(self.nodes[1:])
+        return np.asarray(matrix[:, 1:])
+
+    @cached_property
+    def to_series(self) -> np.ndarray:
+        """From values at the nodes to Legendre coefficients."""
+        inverse: np.ndarray = np.linalg.inv(legendre.legvander(2.0 * self.nodes - 1.0, self.stages))
+        return inverse
+
+    def weights(self, where: np.ndarray) -> np.ndarray:
+        """From values at the nodes to those of the interpolant."""
+        values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages) @ self.to_series
+        return values
+
+    def derivatives(self, where: np.ndarray) -> np.ndarray:
+        """From values at the nodes to derivatives of the interpolant."""
+        series = legendre.legder(self.to_series, axis=0) * 2.0
+        values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages - 1) @ series
+        return values
+
+    def integrals(self, where: np.ndarray) -> np.ndarray:
+        """From values at the stages to integrals from 0, of their interpolant."""
+        inside = 2.0 * self.nodes[1:] - 1.0
+        to_series = np.linalg.inv(legendre.legvander(inside, self.stages - 1))
+        series = legendre.legint(to_series, lbnd=-1, axis=0) * 0.5
+        values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages) @ series
+        return values
+
+
+@lru_cache(maxsize=8)
+def tableau(stages: int) -> Tableau:
+    """Return the formula of so many stages."""
+    return Tableau(stages)
+
+
+class Step(NamedTuple):
+    """One step: its times, unknowns and rates at the start and at the stages, (stages + 1, n)."""
+
+    start: float
+    length: float
+    u: np.ndarray
+    z: np.ndarray
+    error: float
+
+    @property
+    def stop(self) -> float:
+        """Its last time."""
+        return self.start + self.length
+
+    def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return unknowns and rates at times, (times, n) each, by the interpolants of both."""
+        matrix = tableau(len(self.u) - 1).weights((t - self.start) / self.length)
+        return matrix @ self.u, matrix @ self.z
+
+
+@dataclass
+class Integrator:
+    """Radau IIA with steps as long as the interpolant may be in error.
+
+    Parameters
+    ----------
+    system : System
+    mass : bool
+        Whether u'' is in R; else the rates at the start of a step do not matter.
+    tol : float
+        Largest error that is felt, of the interpolant.
+    """
+
+    system: System
+    mass: bool
+    tol: float
+    stages: int = STAGES
+
+    def advance(
+        self, t: float, u: np.ndarray, z: np.ndarray, h: float, before: Step | None = None
+    ) -> tuple[Step, float]:
+        """Take a step of at most ``h``, and return it with the length of the next one.
+
+        Raises
+        ------
+        NotConverged
+            If no step is short enough.
+        """
+        shortest = SHORTEST * max(h, 1e-3)
+        while h > shortest:
+            taken = self.step(t, u, z, h, before)
+            if taken is None:
+                h *= SHRINKAGE
+                continue
+            factor = SAFETY * (self.tol / max(taken.error, 1e-30)) ** (1.0 / (self.stages + 1))
+            if taken.error <= self.tol:
+                return taken, h * min(factor, GROWTH)
+            h *= max(min(factor, 1.0), SHRINKAGE)
+        raise NotConverged(f"the motion could not be carried on at t = {t:.6g}.")
+
+    def step(self, t: float, u: np.ndarray, z: np.ndarray, h: float, before: Step | None) -> Step | None:
+        """Return one step of a length, or None if its equations were not solved."""
+        rule = tableau(self.stages)
+        D = rule.differences / h
+        stages = u + h * rule.nodes[1:, None] * z if before is None else before.at(t + h * rule.nodes[1:])[0]
+        rates, seconds = self._rates(D, u, z, stages)
+        factors, last = None, np.inf
+        for _ in range(MOST_CORRECTIONS):
+            if factors is None:
+                residual, factors = self._linearised(D, stages, rates, seconds)
+            else:
+                residual = np.array([self.system.residual(*v) for v in zip(stages, rates, seconds, strict=True)])
+            change = lu_solve(factors, -residual.ravel(), check_finite=False).reshape(stages.shape)
+            stages = stages + change
+            rates, seconds = self._rates(D, u, z, stages)
+            size = float(np.abs(self.system.felt(change)).max())
+            if size <= CONVERGED * self.tol:
+                break
+            if not size < FARTHEST:
+                return None
+            # The front hangs on a small difference: where the derivatives are old it converges slowly.
+            factors = factors if size < SLOW * last or last == np.inf else None
+            last = size
+        else:
+            return None
+        whole = np.vstack([u, stages])
+        series = np.abs(self.system.felt(rule.to_series @ whole)).max(axis=1)
+        # The interpolant lacks the next coefficient, which the last two foretell.
+        error = float(series[-1] * min(1.0, series[-1] / max(series[-2], TINY)))
+        start = z if self.mass else rule.derivatives(np.zeros(1))[0] @ whole / h
+        return Step(t, h, whole, np.vstack([start, rates]), error)
+
+    def _linearised(
+        self, D: np.ndarray, stages: np.ndarray, rates: np.ndarray, seconds: np.ndarray
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Return the residual at the stages and the factors of its derivative by all of them."""
+        at = [self.system.balance(*v) for v in zip(stages, rates, seconds, strict=True)]
+        whole = np.einsum("ij,ikl->ikjl", D, np.array([b.by_rate for b in at]))
+        if self.mass:
+            whole += np.einsum("ij,ikl->ikjl", D @ D, np.array([b.by_second for b in at]))
+        for i, b in enumerate(at):
+            whole[i, :, i, :] += b.by_state
+        return np.array([b.residual for b in at]), lu_factor(whole.reshape(stages.size, -1), check_finite=False)
+
+    def _rates(
+        self, D: np.ndarray, u: np.ndarray, z: np.ndarray, stages: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        rates = D @ (stages - u)
+        return rates, D @ (rates - z) if self.mass else np.zeros_like(rates)
