@@ -4,19 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from ..base.quadrature import Grid
+from ..base.quadrature import Grid, integration_matrix
 from ..residual.motions import continuous_basis
 
 #: Gauss points of a phase beyond its degree.
 MORE = 8
 
 
+class Looked(NamedTuple):
+    """Points of a phase, values and slopes there, and integrals from there to its end."""
+
+    xi: np.ndarray
+    value: np.ndarray
+    slope: np.ndarray
+    to_end: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Polynomials of one degree in ``count`` phases of length 1, and integrals from each point to the front."""
+    """Polynomials of one degree in ``count`` phases of length 1, and integrals from points to the front."""
 
     count: int
     degree: int
@@ -44,6 +54,13 @@ class Basis:
             table[np.ix_(rows, others)] - np.outer(table[rows, first], share) for table in (value, slope)
         )  # type: ignore[return-value]
 
+    @lru_cache(maxsize=4)  # noqa: B019 - few of them live as long as the process
+    def looked(self, many: int) -> Looked:
+        """Return what shows the polynomials at so many Chebyshev points of every phase, ends included."""
+        xi = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, many)))
+        value, slope = self.at(xi)
+        return Looked(xi, value, slope, self.grid.weights - integration_matrix(len(self.grid.xi), xi))
+
     @cached_property
     def size(self) -> int:
         """Number of coefficients of theta."""
@@ -59,6 +76,11 @@ class Basis:
             out[j, here, here] = grid.to_right
             out[j, : j * n, here] = grid.weights
         return out
+
+    def reaching(self, lengths: np.ndarray) -> np.ndarray:
+        """Return the integrals from each point to the front, (points, points), for lengths of the phases."""
+        points = self.outward.shape[1]
+        return np.asarray((lengths @ self.outward.reshape(self.count, -1)).reshape(points, points))
 
     @cached_property
     def whole(self) -> np.ndarray:

@@ -14,6 +14,7 @@ height by a multiplier, which tends to zero.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -28,7 +29,7 @@ from .trajectory import TipPath
 
 
 class Balance(NamedTuple):
-    """Virtual power of what is unknown, and its derivatives by state, rate, rate of the rate and multipliers."""
+    """Virtual power of every unknown, and its derivatives by these, their rates and those of the rates."""
 
     residual: np.ndarray
     by_state: np.ndarray
@@ -60,15 +61,13 @@ class Rates(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What a state with its rates holds: front, tip, energies, powers and what is missed of the identity."""
+    """Front, tip and energies of a moving state, what is missed of the identity, and its greatest speed."""
 
     front: float
     tip: TipPath
     kinetic: float
     bending: float
     separation: float
-    power: float
-    dragged: float
     identity: float
     speed: float
 
@@ -108,17 +107,17 @@ class Flap:
         kinks = self.setting.law.kinks
         return np.array([kinks[min(pair)] for pair in pairwise(self.phases)]) / self.setting.ratio
 
-    @property
+    @cached_property
     def fields(self) -> slice:
         """Where the coefficients of theta are among the unknowns."""
         return slice(0, self.basis.size)
 
-    @property
+    @cached_property
     def lengths(self) -> slice:
         """Where the lengths of the phases are."""
         return slice(self.basis.size, self.basis.size + len(self.phases))
 
-    @property
+    @cached_property
     def multipliers(self) -> slice:
         """Where the multipliers are."""
         return slice(self.lengths.stop, self.size)
@@ -134,7 +133,7 @@ class Flap:
         """Return the shape at the Gauss points."""
         value, slope = self.basis.tables
         theta, lengths = value @ u[self.fields], u[self.lengths]
-        inward = np.tensordot(lengths, self.basis.outward, 1)
+        inward = self.basis.reaching(lengths)
         sine, cosine = np.sin(theta), np.cos(theta)
         curvature = slope @ u[self.fields] / self._spread(lengths)
         x, y = lengths.sum() - inward @ cosine, -inward @ sine
@@ -149,7 +148,7 @@ class Flap:
         if not self.setting.mass:
             nothing = np.zeros_like(vx)
             return Rates(vx, vy, nothing, nothing, spin)
-        turning = np.tensordot(spread, self.basis.outward, 1)
+        turning = self.basis.reaching(spread)
         ax, ay = self._carried(at, a)
         ax = (
             ax
@@ -178,7 +177,7 @@ class Flap:
     def _carried(self, at: Shapes, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how points of the rod move when the unknowns change by ``z``."""
         phi, spread = self.basis.tables[0] @ z[self.fields], z[self.lengths]
-        outward, st = np.tensordot(spread, self.basis.outward, 1), self._mesh @ spread
+        outward, st = self.basis.reaching(spread), self._mesh @ spread
         x = spread.sum() + at.inward @ (at.sine * phi) - outward @ at.cosine - at.cosine * st
         y = -at.inward @ (at.cosine * phi) - outward @ at.sine - at.sine * st
         return x, y
@@ -200,7 +199,7 @@ class Flap:
         """Return the derivatives of `_carried` by the unknowns."""
         value, outward = self.basis.tables[0], self.basis.outward
         phi, spread = value @ z[self.fields], z[self.lengths]
-        turning, st = np.tensordot(spread, outward, 1), self._mesh @ spread
+        turning, st = self.basis.reaching(spread), self._mesh @ spread
 
         def turned(first: np.ndarray, second: np.ndarray) -> np.ndarray:
             """Derivative by theta of inward (first' phi) and of what stands at the points, as a matrix."""
@@ -228,9 +227,8 @@ class Flap:
         s, w, value = self.setting, at.weights[:, None], self.basis.tables[0]
         # What acts on a point, as the shape changes under it.
         slope = s.ratio * np.concatenate([held.slope for held in self._held(at)])
-        fixed_x, fixed_y = self._places_changed(at)
         dvx, dvy = self._carriers_changed(at, z)
-        dfx, dfy = -s.drag * dvx, -s.drag * dvy - slope[:, None] * fixed_y
+        dfx, dfy = -s.drag * dvx, -s.drag * dvy - slope[:, None] * self._heights_changed(at)
         dfx[:, self.fields] -= s.pressure * at.cosine[:, None] * value
         dfy[:, self.fields] -= s.pressure * at.sine[:, None] * value
         if s.mass:
@@ -296,12 +294,10 @@ class Flap:
         changed[self.lengths, self.lengths] = np.diag(moments @ w / lengths**3)
         return changed
 
-    def _places_changed(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
-        """Return how the places at fixed fractions of the phases change with the unknowns."""
+    def _heights_changed(self, at: Shapes) -> np.ndarray:
+        """Return how the heights at fixed fractions of the phases change with the unknowns."""
         value, outward = self.basis.tables[0], self.basis.outward
-        x = [at.inward @ (at.sine[:, None] * value), 1.0 - (outward @ at.cosine).T]
-        y = [-at.inward @ (at.cosine[:, None] * value), -(outward @ at.sine).T]
-        return np.hstack(x), np.hstack(y)
+        return np.hstack([-at.inward @ (at.cosine[:, None] * value), -(outward @ at.sine).T])
 
     def _virtual_changed(self, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
         """Return how the virtual power of given forces at the points changes with the unknowns."""
@@ -321,7 +317,7 @@ class Flap:
     ) -> tuple[np.ndarray, np.ndarray]:
         (value, slope), outward = self.basis.tables, self.basis.outward
         phi, spread = value @ z[self.fields], z[self.lengths]
-        turning, st = np.tensordot(spread, outward, 1), self._mesh @ spread
+        turning, st = self.basis.reaching(spread), self._mesh @ spread
         twice = 2.0 * phi - at.curvature * st
         x, y = self._carriers_changed(at, a)
         bent = np.hstack(
@@ -345,10 +341,10 @@ class Flap:
     def _acceleration_by_rate(self, at: Shapes, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         value, outward = self.basis.tables[0], self.basis.outward
         phi, spread = value @ z[self.fields], z[self.lengths]
-        turning, st = np.tensordot(spread, outward, 1), self._mesh @ spread
+        turning, st = self.basis.reaching(spread), self._mesh @ spread
 
         def parts(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-            """By the coefficients and the lengths: of 2 turning first phi + inward second phi^2 + first st (..)."""
+            """Of 2 turning first phi + inward second phi^2 + first st (2 phi - theta' st)."""
             matrix = 2.0 * (turning * first + at.inward * (second * phi))
             matrix[np.diag_indices_from(matrix)] += 2.0 * first * st
             lengthened = 2.0 * (outward @ (first * phi)).T
@@ -356,6 +352,14 @@ class Flap:
             return np.hstack([matrix @ value, lengthened])
 
         return parts(at.sine, at.cosine), parts(-at.cosine, at.sine)
+
+    def heights(self, u: np.ndarray) -> np.ndarray:
+        """Return the heights of the ends of the phases, which the kinks hold."""
+        return self._heights(self.shapes(u))
+
+    def kinks_by(self, u: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `heights` by the unknowns without multipliers."""
+        return self._kinks_changed(self.shapes(u), np.zeros(len(self.kinks)))[0]
 
     def _heights(self, at: Shapes) -> np.ndarray:
         """Return the heights at the starts of the phases but the first."""
@@ -378,59 +382,82 @@ class Flap:
 
     def felt(self, change: np.ndarray) -> np.ndarray:
         """Return what of changes of the unknowns, (..., size), counts as error: angles and lengths."""
-        return np.concatenate([change[..., self.fields] @ self.basis.tables[0].T, change[..., self.lengths]], -1)
+        return np.concatenate(
+            [change[..., self.fields] @ self.basis.tables[0].T, change[..., self.lengths]], -1
+        )
 
     # -- what is read off a state
 
     def read(self, u: np.ndarray, z: np.ndarray) -> Reading:
         """Return what a state with these rates holds, and by how much the identity is missed."""
-        s, at = self.setting, self.shapes(u)
-        a = self.second(u, z) if s.mass else np.zeros_like(z)
-        rates, tip = self.rates(at, u, z, a), self.tip(u)
-        held = self.pieces[0](np.atleast_1d(s.ratio * tip.y))
-        opened = np.concatenate([part.work for part in self._held(at)]) / s.ratio
+        s, at, tip = self.setting, self.shapes(u), self.tip(u)
+        rates = self.rates(at, u, z, self.second(u, z) if s.mass else np.zeros_like(z))
+        opened = np.concatenate([held.work for held in self._held(at)]) / s.ratio
+        drive = (
+            s.pressure * float(tip.y)
+            - float(self.pieces[0](np.atleast_1d(s.ratio * tip.y)).work[0]) / s.ratio
+        )
+        resisting_x = s.mass * rates.ax + s.drag * rates.vx
+        resisting_y = s.mass * rates.ay + s.drag * rates.vy
         speeds = rates.vx**2 + rates.vy**2
-        resisted = s.mass * rates.ax + s.drag * rates.vx, s.mass * rates.ay + s.drag * rates.vy
-        drive = s.pressure * tip.y - float(held.work[0]) / s.ratio
         return Reading(
             front=float(u[self.lengths].sum()),
             tip=tip,
             kinetic=0.5 * s.mass * float(at.weights @ speeds),
             bending=self._bending(u)[0],
             separation=float(at.weights @ opened),
-            power=s.pressure * float(at.weights @ (rates.vy * at.cosine - rates.vx * at.sine)),
-            dragged=s.drag * float(at.weights @ speeds),
-            identity=drive - float(at.weights @ (resisted[0] * (1.0 - at.cosine) - resisted[1] * at.sine)),
-            speed=float(np.sqrt(speeds.max())),
+            identity=drive - float(at.weights @ (resisting_x * (1.0 - at.cosine) - resisting_y * at.sine)),
+            speed=math.sqrt(float(speeds.max())),
         )
+
+    def powers(self, u: np.ndarray, z: np.ndarray) -> tuple[float, float]:
+        """Return the power of the pressure, and what drag takes of it."""
+        at = self.shapes(u)
+        vx, vy = self._carried(at, z)
+        pressing = at.weights @ (vy * at.cosine - vx * at.sine)
+        return self.setting.pressure * float(pressing), self.setting.drag * float(
+            at.weights @ (vx**2 + vy**2)
+        )
+
+    def outline(self, u: np.ndarray, many: int, z: np.ndarray | None = None) -> np.ndarray:
+        """Return s, theta, x, y and the spin at so many Chebyshev points of every phase, (phases, n, 5)."""
+        xi, value, slope, to_end = self.basis.looked(many)
+        at, lengths, shape = self.shapes(u), u[self.lengths], (len(self.phases), many)
+        ends = np.cumsum(lengths)
+        back = lengths[:, None] * (1.0 - xi)
+        falls = []
+        for integrand in (at.cosine, at.sine):
+            inside = lengths[:, None] * (integrand.reshape(len(lengths), -1) @ to_end.T)
+            whole = (self.basis.whole > 0.0) @ (integrand * at.weights)
+            falls.append(inside + (whole.sum() - np.cumsum(whole))[:, None])
+        theta = (value @ u[self.fields]).reshape(shape)
+        spin = np.zeros(shape)
+        if z is not None:
+            moved = np.cumsum(z[self.lengths])[:, None] - z[self.lengths][:, None] * (1.0 - xi)
+            bent = (slope @ u[self.fields]).reshape(shape) / lengths[:, None]
+            spin = (value @ z[self.fields]).reshape(shape) - bent * moved
+        return np.stack([ends[:, None] - back, theta, ends[-1] - falls[0], -falls[1], spin], axis=-1)
 
     def rate(self, u: np.ndarray) -> np.ndarray:
         """Return the rates of the unknowns of a rod without mass."""
-        still = np.zeros(self.size)
-        at = self.balance(self._unpressed(u), still, still)
-        return self._driven(at.by_rate, at, np.zeros(len(self.kinks)))
+        return self._driven(u, np.zeros(self.size), self.setting.drag, np.zeros(len(self.kinks)))
 
     def second(self, u: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return the rates of the rates of a rod with mass."""
-        at, shapes, moving = (
-            self.balance(self._unpressed(u), z, np.zeros(self.size)),
-            self.shapes(u),
-            z[: self.lengths.stop],
-        )
+        shapes, moving = self.shapes(u), z[: self.lengths.stop]
         bends = [moving @ self._kinks_changed(shapes, one)[1] @ moving for one in np.eye(len(self.kinks))]
-        return self._driven(at.by_second, at, np.array(bends))
+        return self._driven(u, z, self.setting.mass, np.array(bends))
 
-    def _unpressed(self, u: np.ndarray) -> np.ndarray:
-        """Return the unknowns without multipliers."""
-        return np.append(u[: self.lengths.stop], np.zeros(len(self.kinks)))
-
-    def _driven(self, resisting: np.ndarray, at: Balance, bends: np.ndarray) -> np.ndarray:
-        """Return what the residual drives against a mass or a drag, with the kinks at their heights."""
-        kinks, moving = self.multipliers, slice(0, self.lengths.stop)
-        matrix = resisting.copy()
-        matrix[moving, kinks] = at.by_state[moving, kinks]
-        matrix[kinks, moving] = at.by_state[kinks, moving]
-        driven: np.ndarray = np.linalg.solve(matrix, -np.append(at.residual[moving], bends))
+    def _driven(self, u: np.ndarray, z: np.ndarray, resists: float, bends: np.ndarray) -> np.ndarray:
+        """Return what is driven against drag or mass by all the rest, with the kinks at their heights."""
+        moving, kinks = slice(0, self.lengths.stop), self.multipliers
+        unpressed = np.append(u[moving], np.zeros(len(self.kinks)))
+        residual, Tx, Ty, at, _ = self._virtual(unpressed, z, np.zeros(self.size))
+        matrix = np.zeros((self.size, self.size))
+        matrix[moving, moving] = resists * (Tx.T * at.weights @ Tx + Ty.T * at.weights @ Ty)
+        held = self._kinks_changed(at, np.zeros(len(self.kinks)))[0]
+        matrix[moving, kinks], matrix[kinks, moving] = -held.T, held
+        driven: np.ndarray = np.linalg.solve(matrix, np.append(residual[moving], -bends))
         driven[kinks] = 0.0
         return driven
 

@@ -1,9 +1,9 @@
 """Steps in time of an implicit residual R(u, u', u'') = 0: Radau IIA with five stages, order nine.
 
-R may have algebraic rows and no u''.  SciPy integrates no such systems, and IDAS, whose interface in CasADi
-takes u' for algebraic unknowns, repeats a step of six on a residual of this kind and begins at order one after
-every event.  Collocation is one formula for both forms: with D the derivative of the interpolant through the
-start and the stages, u' = D u and u'' = D u'.
+R may have algebraic rows and no u''.  SciPy integrates no such systems, and IDAS, whose interface in
+CasADi takes u' for algebraic unknowns, repeats a step of six on a residual of this kind and begins at
+order one after every event.  Collocation is one formula for both forms: with D the derivative of the
+interpolant through the start and the stages, u' = D u and u'' = D u'.
 """
 
 from __future__ import annotations
@@ -107,12 +107,20 @@ class Tableau:
         values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages - 1) @ series
         return values
 
+    @cached_property
+    def at_start(self) -> np.ndarray:
+        """From values at the nodes to the derivative at 0."""
+        return self.derivatives(np.zeros(1))[0]
+
+    @cached_property
+    def primitives(self) -> np.ndarray:
+        """From values at the stages to Legendre coefficients of the integral of their interpolant from 0."""
+        inside = legendre.legvander(2.0 * self.nodes[1:] - 1.0, self.stages - 1)
+        return np.asarray(legendre.legint(np.linalg.inv(inside), lbnd=-1, axis=0) * 0.5)
+
     def integrals(self, where: np.ndarray) -> np.ndarray:
-        """From values at the stages to integrals from 0, of their interpolant."""
-        inside = 2.0 * self.nodes[1:] - 1.0
-        to_series = np.linalg.inv(legendre.legvander(inside, self.stages - 1))
-        series = legendre.legint(to_series, lbnd=-1, axis=0) * 0.5
-        values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages) @ series
+        """From values at the stages to integrals of their interpolant from 0."""
+        values: np.ndarray = legendre.legvander(2.0 * where - 1.0, self.stages) @ self.primitives
         return values
 
 
@@ -193,7 +201,9 @@ class Integrator:
             if factors is None:
                 residual, factors = self._linearised(D, stages, rates, seconds)
             else:
-                residual = np.array([self.system.residual(*v) for v in zip(stages, rates, seconds, strict=True)])
+                residual = np.array(
+                    [self.system.residual(*v) for v in zip(stages, rates, seconds, strict=True)]
+                )
             change = lu_solve(factors, -residual.ravel(), check_finite=False).reshape(stages.shape)
             stages = stages + change
             rates, seconds = self._rates(D, u, z, stages)
@@ -211,7 +221,7 @@ class Integrator:
         series = np.abs(self.system.felt(rule.to_series @ whole)).max(axis=1)
         # The interpolant lacks the next coefficient, which the last two foretell.
         error = float(series[-1] * min(1.0, series[-1] / max(series[-2], TINY)))
-        start = z if self.mass else rule.derivatives(np.zeros(1))[0] @ whole / h
+        start = z if self.mass else rule.at_start @ whole / h
         return Step(t, h, whole, np.vstack([start, rates]), error)
 
     def _linearised(
@@ -224,7 +234,9 @@ class Integrator:
             whole += np.einsum("ij,ikl->ikjl", D @ D, np.array([b.by_second for b in at]))
         for i, b in enumerate(at):
             whole[i, :, i, :] += b.by_state
-        return np.array([b.residual for b in at]), lu_factor(whole.reshape(stages.size, -1), check_finite=False)
+        return np.array([b.residual for b in at]), lu_factor(
+            whole.reshape(stages.size, -1), check_finite=False
+        )
 
     def _rates(
         self, D: np.ndarray, u: np.ndarray, z: np.ndarray, stages: np.ndarray

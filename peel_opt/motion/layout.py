@@ -1,0 +1,168 @@
+"""Which pieces of the law a moving flap visits, when that changes, and the flap in its new phases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.integrate import cumulative_simpson
+from scipy.interpolate import CubicSpline
+
+from ..base.errors import NotConverged
+from .flap import Flap
+from .run import Posture, Setting
+
+#: Length, over eta, of a stretch beyond a kink from which it is a phase of its own, and below which a phase
+#: ends: what is left out of the traction moves nothing by more than its square times the time it takes.
+BORN, DEAD = 2.5e-3, 1.5e-3
+
+KEPT = 0.5 * (BORN + DEAD)
+
+#: Height over eta below a kink from which a stretch within the rod is looked at.
+NEAR = -1e-3
+
+#: Points of a phase at which its heights are looked at, a multiple of its degree.
+LOOKED = 4
+
+#: Corrections of the places of kinks.
+MOST_CORRECTIONS = 8
+PLACED = 1e-13
+
+
+#: Spacing over eta with which crossings of a kink are looked for.
+FINE = 5e-4
+
+
+class Excess(NamedTuple):
+    """How far a flap is beyond its phases, positive from where they must change."""
+
+    beyond: float
+    short: float
+
+
+def excess(flap: Flap, u: np.ndarray) -> Excess:
+    """Return by how much heights pass the kinks of their phases, and by how much a phase is too short."""
+    kinks = np.array([-np.inf, *flap.setting.law.kinks, np.inf]) / flap.setting.ratio
+    beyond = [-np.inf]
+    for j, phase in enumerate(flap.outline(u, LOOKED * flap.degree)):
+        low, high = kinks[flap.phases[j] : flap.phases[j] + 2]
+        s, heights = phase[:, 0], phase[:, 3]
+        for over in [heights - high] * bool(np.isfinite(high)) + [low - heights] * bool(np.isfinite(low)):
+            if j == 0:  # the tip leaves first
+                beyond.append(over[0] - BORN * abs(np.sin(phase[0, 1])))
+            near = (
+                np.flatnonzero((over[1:-1] >= over[:-2]) & (over[1:-1] > over[2:]) & (over[1:-1] > NEAR)) + 1
+            )
+            beyond += [_top(s[i - 1 : i + 2], over[i - 1 : i + 2]) for i in near]
+    lengths = u[flap.lengths]
+    return Excess(float(max(beyond)), float(DEAD - lengths.min()) if len(lengths) > 1 else -np.inf)
+
+
+def _top(s: np.ndarray, over: np.ndarray) -> float:
+    """Return by how much the top of a parabola through points is higher than one that is BORN long."""
+    a, b, c = np.polyfit(s - s[1], over, 2)
+    return float(c - 0.25 * b * b / a + 0.25 * a * BORN**2) if a < 0.0 else -np.inf
+
+
+#: The angle of a flap, or its spin, as a function of s.
+Along = Callable[[np.ndarray], np.ndarray]
+
+
+def along(flap: Flap, u: np.ndarray, z: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
+    """Return theta, x, y and with rates ``z`` the spin of a flap at any s, (n, 4), by its own polynomials."""
+    many, ends = flap.degree + 2, np.append(0.0, np.cumsum(u[flap.lengths]))
+    series = _to_chebyshev(many) @ flap.outline(u, many, z)[:, :, 1:]
+
+    def values(s: np.ndarray) -> np.ndarray:
+        which = np.clip(np.searchsorted(ends, s) - 1, 0, len(series) - 1)
+        found = np.empty((len(s), 4))
+        for j, coefficients in enumerate(series):
+            here = which == j
+            places = 2.0 * (s[here] - ends[j]) / (ends[j + 1] - ends[j]) - 1.0
+            found[here] = chebyshev.chebval(places, coefficients).T
+        return found
+
+    return values
+
+
+@lru_cache(maxsize=8)
+def _to_chebyshev(many: int) -> np.ndarray:
+    """Matrix from values at Chebyshev points of a phase to coefficients."""
+    inverse: np.ndarray = np.linalg.inv(
+        chebyshev.chebvander(-np.cos(np.linspace(0.0, np.pi, many)), many - 1)
+    )
+    return inverse
+
+
+def through(posture: Posture) -> tuple[Along, Along]:
+    """Return the angle and the spin of a posture."""
+    return CubicSpline(posture.s, posture.theta), CubicSpline(posture.s, posture.spin)
+
+
+def laid_out(
+    setting: Setting, degree: int, sbar: float, theta: Along, spin: Along | None = None
+) -> tuple[Flap, np.ndarray, np.ndarray]:
+    """Return the flap of a length with an angle and a spin, in the phases that it visits.
+
+    Returns
+    -------
+    flap : Flap
+    u, z : ndarray
+        Its unknowns and their rates; these are zero without a spin.
+
+    Raises
+    ------
+    NotConverged
+        If the places of its kinks were not found.
+    """
+    phases, lengths = _phases(setting, sbar, theta)
+    flap = Flap(setting, phases, degree)
+    xi, value, slope, _ = flap.basis.looked(LOOKED * degree)
+    for _ in range(MOST_CORRECTIONS):
+        ends = np.cumsum(lengths)
+        s = np.concatenate([end - length * (1.0 - xi) for end, length in zip(ends, lengths, strict=True)])
+        fields = np.linalg.lstsq(value, theta(s), rcond=None)[0]
+        u = np.concatenate([fields, lengths, np.zeros(len(flap.kinks))])
+        moved = (flap.kinks - flap.heights(u)) / np.sin(theta(ends[:-1]))
+        lengths = lengths + np.append(moved, 0.0) - np.append(0.0, moved)
+        if np.abs(moved).max(initial=0.0) < PLACED * sbar:
+            break
+        if lengths.min() <= 0.0:
+            raise NotConverged("the places where the bond lets go could not be found on the moving rod.")
+    z = np.zeros(flap.size)
+    if spin is not None:
+        count = len(lengths)
+        own = np.repeat(np.eye(count), len(xi), axis=0)
+        bent = slope @ fields / (own @ lengths)
+        mesh = own @ np.tril(np.ones((count, count))) - own * np.tile(1.0 - xi, count)[:, None]
+        held = flap.kinks_by(u)
+        matrix = np.vstack([np.hstack([value, -bent[:, None] * mesh]), held])
+        z[: flap.lengths.stop] = np.linalg.lstsq(matrix, np.append(spin(s), np.zeros(len(held))), rcond=None)[
+            0
+        ]
+    return flap, u, z
+
+
+def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[int, ...], np.ndarray]:
+    """Return the pieces of the law from the tip on, and how long the rod is on each."""
+    kinks = np.array(setting.law.kinks) / setting.ratio
+    if not len(kinks):
+        return (0,), np.array([sbar])
+    s = np.linspace(0.0, sbar, 1 + 2 * math.ceil(sbar / FINE))
+    falls = cumulative_simpson(np.sin(theta(s)), x=s, initial=0.0)
+    y = falls - falls[-1]
+    piece = np.searchsorted(kinks, y)
+    runs = [(int(piece[0]), 0.0)]
+    for i in np.flatnonzero(np.diff(piece)):
+        kink = kinks[min(piece[i], piece[i + 1])]
+        where = s[i] + (s[i + 1] - s[i]) * (kink - y[i]) / (y[i + 1] - y[i])
+        if where - runs[-1][1] < KEPT:  # too short for a phase
+            del runs[-1]
+        if not runs or runs[-1][0] != piece[i + 1]:
+            runs.append((int(piece[i + 1]), float(where) if runs else 0.0))
+    phases, starts = zip(*runs, strict=True)
+    return phases, np.diff([*starts, sbar])

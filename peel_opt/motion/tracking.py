@@ -1,0 +1,209 @@
+"""A run before contact: the front and the kinks of the bond are followed as moving ends of smooth pieces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..base.errors import NotConverged
+from .flap import Flap, Reading
+from .layout import along, excess, laid_out, through
+from .radau import Integrator, Step, tableau
+from .run import Posture, Setting, Told, Track, Until
+from .trajectory import Happening, Ledger, TipPath
+
+#: Degree of the polynomials of a phase, and largest error of an angle or a length over eta that a step may
+#: have, by resolution.
+MESHES = ((22, 1e-8), (28, 1e-9))
+
+#: First step, over the time unit, at the start and after an event.
+FIRST, AFTER = 0.1, 0.01
+
+#: Fastest point, eta per time unit, of a rod that is at rest.
+REST = 1e-8
+
+#: Where within a step states are stored beside its end, and the angles that are named, every so many rad.
+BETWEEN = np.array([0.25, 0.5, 0.75, 1.0])
+ANGLES = 0.5
+
+#: s/sbar of the points of a stored shape.
+FRACTIONS = np.linspace(0.0, 1.0, 101)
+
+#: Steps of a run that comes to no end.
+MOST_STEPS = 4000
+
+#: Shortest detached length over eta that is still followed as it closes.
+CLOSED = 0.05
+
+
+@dataclass(eq=False)
+class _Log:
+    """What a run has been through so far."""
+
+    rows: list[tuple[float, Reading, np.ndarray, float, float]] = field(default_factory=list)
+    events: list[Happening] = field(default_factory=list)
+    work: float = 0.0
+    drag: float = 0.0
+
+    def store(self, t: float, reading: Reading, shape: np.ndarray, work: float, drag: float) -> None:
+        """Keep one state."""
+        self.rows.append((t, reading, shape, self.work + work, self.drag + drag))
+
+    def name(self, kind: str, t: float, front: float, tip: TipPath) -> None:
+        """Keep a moment with a name."""
+        self.events.append(Happening(kind, t, front, float(tip.y), float(tip.x), float(tip.angle)))
+
+
+def track(
+    setting: Setting, start: Posture, until: Until, *, resolution: int = 0, told: Told | None = None
+) -> Track:
+    """Return a run up to contact, by front tracking: a `Tier`."""
+    degree, tol = MESHES[resolution]
+    flap, u, z = laid_out(setting, degree, float(start.s[-1]), *through(start))
+    t, h, before, log, first = start.t, FIRST, None, _Log(), flap.tip(u).angle
+    z = z if setting.mass else flap.rate(u)
+    _keep(log, flap, t, u, z)
+    log.name("start", t, log.rows[0][1].front, flap.tip(u))
+    for _ in range(MOST_STEPS):
+        system = Integrator(flap, bool(setting.mass), tol)
+        step, h = system.advance(t, u, z, min(h, until.time - t), before)
+        ending = _earliest(flap, step, setting)
+        if ending is not None:
+            kind, when = ending
+            taken = system.step(t, u, z, when - t, before) if when > t else None
+            if taken is None:
+                raise NotConverged(f"the motion could not be carried on to t = {when:.6g}, where: {kind}.")
+            step = taken
+        _record(log, flap, step, setting)
+        t, u, z, before = step.stop, step.u[-1], step.z[-1], step
+        if told is not None:
+            told(t)
+        reading = log.rows[-1][1]
+        kind = "" if ending is None else ending[0]
+        if kind == "phases":
+            flap, u, z = _in_new_phases(flap, u, z)
+            h, before = AFTER, None
+            continue
+        if not kind and reading.speed < REST and until.arrest:
+            kind = "arrest"
+        if not kind and t >= until.time:
+            kind = "time"
+        if kind:
+            log.name("contact" if kind == "closes" else kind, t, reading.front, reading.tip)
+            return _finished(log, flap, u, z, _outcome(kind, float(reading.tip.angle), float(first)))
+    raise NotConverged(
+        f"{MOST_STEPS} steps came to no end, at t = {t:.6g}.", remedy="Ask for a time, or with drag."
+    )
+
+
+def _in_new_phases(flap: Flap, u: np.ndarray, z: np.ndarray) -> tuple[Flap, np.ndarray, np.ndarray]:
+    """Return the same flap in the phases that it now visits."""
+    here = along(flap, u, z)
+    sbar = float(u[flap.lengths].sum())
+
+    def theta(s: np.ndarray) -> np.ndarray:
+        return here(s)[:, 0]
+
+    def spin(s: np.ndarray) -> np.ndarray:
+        return here(s)[:, 3]
+
+    new, u, z = laid_out(flap.setting, flap.degree, sbar, theta, spin if flap.setting.mass else None)
+    return new, u, z if flap.setting.mass else new.rate(u)
+
+
+def _outcome(kind: str, angle: float, first: float) -> str:
+    """Return in what a run ends that was ended by some event."""
+    if kind == "contact" and abs(angle) < max(abs(first), 0.5 * math.pi):
+        return "closes"
+    if kind == "arrest":
+        return "folded" if angle < -0.5 * math.pi else "held"
+    return {"time": "not settled"}.get(kind, kind)
+
+
+def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:
+    """Return what first ends the smooth motion within a step, and when."""
+
+    def beyond(u: np.ndarray) -> float:
+        return max(excess(flap, u))
+
+    signs: dict[str, Callable[[np.ndarray], float]] = {
+        "contact": lambda u: -float(flap.tip(u).y),
+        "closes": lambda u: CLOSED - float(u[flap.lengths].sum()),
+        "end of rod": lambda u: float(u[flap.lengths].sum()) - setting.length,
+    }
+    if setting.law.kinks:
+        signs["phases"] = beyond
+    times = step.start + step.length * np.append(0.0, BETWEEN)
+    states = step.at(times)[0]
+    found = []
+    for kind, sign in signs.items():
+        values = [sign(u) for u in states]
+        turns = (i for i in range(len(BETWEEN)) if values[i] <= 0.0 < values[i + 1])
+        if (i := next(turns, None)) is not None:
+            found.append((_vanishing(step, sign, times[i], times[i + 1]), kind))
+    if not found:
+        return None
+    when, kind = min(found)
+    return kind, when
+
+
+def _vanishing(step: Step, sign: Callable[[np.ndarray], float], early: float, late: float) -> float:
+    """Return when a function of the unknowns changes its sign within a step."""
+    return float(brentq(lambda t: sign(step.at(np.array([t]))[0][0]), early, late, xtol=1e-13))
+
+
+def _record(log: _Log, flap: Flap, step: Step, setting: Setting) -> None:
+    """Keep the states within a step and at its end, and the angles that its tip passes."""
+    rule = tableau(len(step.u) - 1)
+    powers = np.array([flap.powers(u, z) for u, z in zip(step.u[1:], step.z[1:], strict=True)])
+    spent = step.length * rule.integrals(BETWEEN) @ powers
+    times = step.start + step.length * BETWEEN
+    for t, u, z, (work, drag) in zip(times, *step.at(times), spent, strict=True):
+        _keep(log, flap, float(t), u, z if setting.mass else flap.rate(u), work, drag)
+    log.work, log.drag = log.work + spent[-1, 0], log.drag + spent[-1, 1]
+
+    times = np.append(step.start, times)
+    angles = step.at(times)[0][:, 0]
+    for (early, before), (late, after) in pairwise(zip(times, angles, strict=True)):
+        low, high = sorted((before, after))
+        for passed in ANGLES * np.arange(math.ceil(low / ANGLES), math.floor(high / ANGLES) + 1):
+            if before != passed:
+                t = _vanishing(step, lambda u, passed=passed: float(u[0] - passed), early, late)  # type: ignore[misc]
+                u = step.at(np.array([t]))[0][0]
+                log.name("angle", t, float(u[flap.lengths].sum()), flap.tip(u))
+
+
+def _keep(
+    log: _Log, flap: Flap, t: float, u: np.ndarray, z: np.ndarray, work: float = 0.0, drag: float = 0.0
+) -> None:
+    reading = flap.read(u, z)
+    log.store(t, reading, along(flap, u)(FRACTIONS * reading.front)[:, :3], work, drag)
+
+
+def _finished(log: _Log, flap: Flap, u: np.ndarray, z: np.ndarray, outcome: str) -> Track:
+    t, readings, shapes, work, drag = zip(*log.rows, strict=True)
+    theta, x, y = np.moveaxis(np.array(shapes), -1, 0)
+    # The tip is the tip: its rounding is that of a number, and not of an interpolation.
+    tips = TipPath(*np.array([reading.tip for reading in readings]).T)
+    kinetic, bending, separation = np.array([(r.kinetic, r.bending, r.separation) for r in readings]).T
+    energy = Ledger(kinetic, bending, separation, np.array(work), np.array(drag), np.zeros(len(t)))
+    front = np.array([reading.front for reading in readings])
+    return Track(
+        t=np.array(t),
+        front=front,
+        tip=tips,
+        fraction=FRACTIONS,
+        x=x,
+        y=y,
+        theta=theta,
+        spin=along(flap, u, z)(FRACTIONS * front[-1])[:, 3],
+        energy=energy,
+        identity=np.array([reading.identity for reading in readings]),
+        events=tuple(log.events),
+        outcome=outcome,
+    )
