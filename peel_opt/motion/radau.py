@@ -38,7 +38,7 @@ TINY = 1e-30
 SHORTEST = 1e-9
 
 
-class Linear(Protocol):
+class Linearisation(Protocol):
     """A residual and its derivatives."""
 
     @property
@@ -64,7 +64,7 @@ class System(Protocol):
     def residual(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
         """R(u, u', u'')."""
 
-    def balance(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> Linear:
+    def balance(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> Linearisation:
         """R with its derivatives."""
 
     def felt(self, change: np.ndarray) -> np.ndarray:
@@ -72,7 +72,7 @@ class System(Protocol):
 
 
 @dataclass(frozen=True)
-class Tableau:
+class RadauTableau:
     """Radau IIA on [0, 1]."""
 
     stages: int
@@ -125,9 +125,9 @@ class Tableau:
 
 
 @lru_cache(maxsize=8)
-def tableau(stages: int) -> Tableau:
+def tableau(stages: int) -> RadauTableau:
     """Return the formula of so many stages."""
-    return Tableau(stages)
+    return RadauTableau(stages)
 
 
 class Step(NamedTuple):
