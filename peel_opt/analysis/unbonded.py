@@ -57,6 +57,9 @@ class FlawLimit:
         Absolute error of the one that was asked for, p/T0 or a/eta.
     certificate : float
         By how much the identity p y_tip = Phi(y(a)) is missed, over T0 eta.
+    rod : Rod
+    law : str
+        Name of the cohesive law.
     """
 
     pressure: float
@@ -67,6 +70,8 @@ class FlawLimit:
     flaw_ratio: float
     error: float
     certificate: float
+    rod: Rod
+    law: str
 
 
 @one_thread
@@ -100,7 +105,9 @@ def safe_pressure(rod: Rod, flaw: float, *, law: str | CohesiveLaw = "auto") -> 
     """
     scene = flawed(rod, flaw, law)
     found = [snap_of(loading(scene, mesh), scene) for mesh in SNAPS]
-    return _limit(rod, found, [s.point.scalars.pressure_ratio for s in found], flaw=scene.numbers["unbonded"])
+    return _limit(
+        scene, found, [s.point.scalars.pressure_ratio for s in found], flaw=scene.numbers["unbonded"]
+    )
 
 
 @one_thread
@@ -146,7 +153,7 @@ def critical_flaw(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto")
     scene = flawed(rod, BEGINNING * rod.eta, law)
     found = [snap_of(_growing(scene, mesh, P), scene) for mesh in SNAPS]
     flaws = [s.point.problem.found(s.point.x)["unbonded"] for s in found]  # type: ignore[attr-defined]
-    return _limit(rod, found, flaws, flaw=flaws[-1])
+    return _limit(scene, found, flaws, flaw=flaws[-1])
 
 
 def flawed(rod: Rod, flaw: float, law: str | CohesiveLaw) -> Scene:
@@ -214,8 +221,8 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
     )
 
 
-def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
-    s = found[-1].point.scalars
+def _limit(scene: Scene, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
+    rod, s = scene.rod, found[-1].point.scalars
     error = abs(answers[1] - answers[0]) + ROUNDING
     problem = found[-1].point.problem
     assert isinstance(problem, SceneDiscretisation)
@@ -234,4 +241,6 @@ def _limit(rod: Rod, found: list[Located], answers: list[float], flaw: float) ->
         flaw_ratio=flaw,
         error=error,
         certificate=missed,
+        rod=rod,
+        law=scene.bond.law.name,
     )

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
 
-from ..base.errors import InvalidInput, PeelOptError
-from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse, unit_in
-from ..equilibria.ask import ask_rod, equilibrium
-from ..equilibria.methods import as_method
-from ..equilibria.question import ASKS, Asks
-from ..equilibria.result import Equilibrium
-from ..model.labels import known_state
+from ..base.errors import InvalidInput
+from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
 from ..model.rod import Rod
 
 
@@ -27,11 +21,6 @@ def _read_tol(value: object) -> float:
     if not tol < 1.0:
         raise InvalidInput(f"tol must lie between 0 and 1, got {tol:g}.")
     return tol
-
-
-def _known_method(value: Any) -> Any:
-    as_method(value)
-    return value
 
 
 Pressure = Annotated[float, BeforeValidator(partial(_read, kind=PRESSURE))]
@@ -52,6 +41,21 @@ class CardTable(BaseModel):
     """A table of a card: unknown keys are errors, values do not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def own_units(rod: Rod, unit: str) -> dict[str, float]:
+    """Return the units that a rod brings to what has an SI unit, by their names."""
+    T0, eta, G = rod.adhesion_strength, rod.eta, rod.work_of_separation
+    force = {"T0 eta": T0 * eta, "G": G}
+    brought = {
+        "m": {"eta": eta, "y0": rod.adhesion_range},
+        "Pa": {"T0": T0},
+        "N/m": force,
+        "J/m^2": force,
+        "N": {"T0 eta^2": T0 * eta * eta},
+        "1/m": {"1/eta": 1.0 / eta},
+    }
+    return brought.get(unit, {})
 
 
 class RodTable(CardTable):
@@ -128,114 +132,3 @@ class GroupsTable(CardTable):
         if (self.beta1 is None) == (self.lam is None):
             raise InvalidInput("give either beta1 or lam, and not both.")
         return self
-
-
-class QuestionTable(CardTable):
-    """``[[questions]]``: what is given, and which of the answers is meant.
-
-    ``pressure``, ``length`` and ``near`` are strings with units, or numbers in SI units; for a
-    rod known by its ratio alone, in units of its own T0 and eta.  ``near`` measures what is
-    asked for: a pressure at a given length, a length at a given pressure, alpha1 in groups.
-    """
-
-    name: str = ""
-    pressure: Any = None
-    pressure_ratio: Number | None = None
-    length: Any = None
-    length_ratio: Number | None = None
-    law: Literal["auto", "linear", "cohesive"] | None = None
-    state: Annotated[str, BeforeValidator(known_state)] | None = None
-    near: Any = None
-    tol: Tolerance | None = None
-    method: Annotated[str, BeforeValidator(_known_method)] | None = None
-
-    @property
-    def given(self) -> str:
-        """Name of the given quantity; empty where it is the paper's groups."""
-        names = ("pressure", "pressure_ratio", "length", "length_ratio")
-        return "".join(name for name in names if getattr(self, name) is not None)
-
-    @property
-    def _asks(self) -> Asks:
-        """What is given of a rod, with a unit or as a ratio, and what that asks for."""
-        return ASKS[self.given.removesuffix("_ratio")]
-
-    @property
-    def asked(self) -> dict[str, Any]:
-        """What is asked, whatever it is called and however it is answered."""
-        return self.model_dump(exclude={"name", "tol", "method"}, exclude_none=True)
-
-    @model_validator(mode="after")
-    def _gives_one_quantity(self) -> Self:
-        if self.given not in ("", *type(self).model_fields):
-            raise InvalidInput("give one of pressure, pressure_ratio, length and length_ratio, not several.")
-        return self
-
-    def label(self, problem: Rod | GroupsTable) -> str:
-        """Return the name, or what is asked in a few words."""
-        if self.name:
-            return one_line(self.name)
-        if isinstance(problem, GroupsTable):
-            second = f"beta1 = {problem.beta1:g}" if problem.lam is None else f"lambda = {problem.lam:g}"
-            words = f"alpha1 at beta0 = {problem.beta0:g}, {second}"
-        else:
-            given, asked = self._asks
-            symbol = f"{given.symbol} = " if self.given == given.attribute else ""
-            value = getattr(self, self.given)
-            words = f"{asked.name} at {symbol}{value if isinstance(value, str) else f'{value:g}'}"
-        near = None if self.near is None else f"near {self.near}"
-        details = (self.state, self.law and f"{self.law} law", near)
-        # What was typed over several lines is one name all the same.
-        return one_line(", ".join([words, *filter(None, details)]))
-
-    def pose(self, problem: Rod | GroupsTable) -> partial[Equilibrium]:
-        """Return the question as a call without arguments.
-
-        Raises
-        ------
-        InvalidInput
-            If a value has the wrong unit or sign, or none is given.
-        """
-        named = {name: getattr(self, name) for name in ("law", "state", "tol", "method")}
-        options: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
-        if isinstance(problem, GroupsTable):
-            if self.given:
-                raise InvalidInput(f"{self.given} is fixed by [groups] already.")
-            near = None if self.near is None else parse("near", self.near, NUMBER, signed=True)
-            return partial(
-                equilibrium, beta0=problem.beta0, beta1=problem.beta1, lam=problem.lam, near=near, **options
-            )
-        if not self.given:
-            raise InvalidInput("give one of pressure, pressure_ratio, length and length_ratio.")
-        value = self._in_units_of(problem, self.given)
-        near = None if self.near is None else self._in_units_of(problem, "near")
-        ask: Callable[..., Equilibrium] = ask_rod
-        if unit := unit_in(getattr(self, self.given)):
-            size = self._in_units_of(problem, self.given, f"1 {unit}")
-            ask = partial(_with_nearest_in, unit, size, ask)
-        return partial(ask, problem, self._asks.given.name, value, near=near, **options)
-
-    def _in_units_of(self, rod: Rod, name: str, text: str = "") -> float:
-        """Return a field, or another text in its place, in the units of the rod."""
-        raw: Any = text or getattr(self, name)
-        given, asked = self._asks
-        measure = asked if name == "near" else given
-        if name == measure.attribute:
-            return measure.from_ratio(rod, raw)
-        own_units = {"eta": rod.eta, "y0": rod.adhesion_range}, {"T0": rod.adhesion_strength}
-        kind, own = {"m": (LENGTH, own_units[0]), "Pa": (PRESSURE, own_units[1])}[measure.unit]
-        if rod.dimensionless:
-            kind = NUMBER
-        return parse(name, raw, kind, own=own, signed=name == "near")
-
-
-def _with_nearest_in(
-    unit: str, size: float, ask: Callable[..., Equilibrium], *given: Any, **options: Any
-) -> Equilibrium:
-    """Ask; an error that names the nearest value with an answer names it in the unit typed too."""
-    try:
-        return ask(*given, **options)
-    except PeelOptError as error:
-        if error.nearest is not None:
-            error.args = (f"{error} That is {error.nearest / size:.8g} {unit}.",)
-        raise

@@ -23,6 +23,18 @@
     length = "0.9 mm"                       # or length_ratio = 3.4: asks for the pressure
     state = "lower"                         # also law, near, tol, method and name
 
+What acts on the rod beside a uniform pressure, or in its place, stands under ``[scene]``; see
+`scene_table`.  Any of its numbers may be what a question asks for::
+
+    [scene]
+    angle = "90 deg"                        # of a pull at the tip
+
+    [[questions]]
+    free = "force"
+    length = "12 mm"                        # and pressure = ..., if there is one
+    [[questions]]
+    flaw = "0.5 mm"                         # asks for the safe pressure; free = "flaw" for the critical one
+
 A rod may be known by its ratio alone, ``[rod] ratio = 0.566``, or the paper's groups take its
 place, ``[groups] beta0 = 53.16, beta1 = 113.1``.  In questions the rod's ``y0``, ``eta`` and
 ``T0`` are units too: ``length = "5.664 y0"``.
@@ -34,16 +46,17 @@ import difflib
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ..base.errors import CardError, InvalidInput, PeelOptError
-from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
-from .card_tables import CardTable, GroupsTable, QuestionTable, RodTable
+from ..model.scene import Scene
+from .card_tables import CardTable, GroupsTable, RodTable
+from .questions import Answer, Posed, Problem, QuestionTable
+from .scene_table import SET, SceneTable
 
 #: A card is a page of text; what is longer was not meant to be one.
 MOST_BYTES = 1_000_000
@@ -111,12 +124,20 @@ class Card(SourcedCard):
     ----------
     rod_table, groups : RodTable or GroupsTable
         One of them.
+    scene_table : SceneTable, optional
+        What acts on the rod.
     questions : tuple of QuestionTable
     """
 
-    tables: ClassVar = {"rod": RodTable, "groups": GroupsTable, "questions": QuestionTable}
+    tables: ClassVar = {
+        "rod": RodTable,
+        "scene": SceneTable,
+        "groups": GroupsTable,
+        "questions": QuestionTable,
+    }
 
     rod_table: RodTable | None = Field(default=None, alias="rod")
+    scene_table: SceneTable | None = Field(default=None, alias="scene")
     groups: GroupsTable | None = None
     questions: tuple[QuestionTable, ...] = ()
 
@@ -124,10 +145,15 @@ class Card(SourcedCard):
         """Return the rod; None for a card in the paper's groups."""
         return None if self.rod_table is None else self.rod_table.rod()
 
+    def scene(self) -> Scene | None:
+        """Return the rod with what acts on it; None where the card names nothing."""
+        rod = self.rod()
+        return None if rod is None or self.scene_table is None else self.scene_table.scene(rod)
+
     @property
-    def problem(self) -> Rod | GroupsTable:
-        """The rod or the groups that all questions are about."""
-        problem = self.rod() or self.groups
+    def problem(self) -> Problem:
+        """The rod, the scene or the groups that all questions are about."""
+        problem = self.scene() or self.rod() or self.groups
         assert problem is not None
         return problem
 
@@ -145,7 +171,7 @@ class Card(SourcedCard):
             named.append(name)
         return named
 
-    def pose(self) -> partial[Equilibrium]:
+    def pose(self) -> Posed:
         """Return the card's one question as a call that takes ``method`` and ``tol``.
 
         Raises
@@ -162,7 +188,7 @@ class Card(SourcedCard):
 
     def ask(
         self, *, method: str | None = None, tol: float | None = None
-    ) -> list[tuple[str, Equilibrium | PeelOptError]]:
+    ) -> list[tuple[str, Answer | PeelOptError]]:
         """Answer every question; what fails does not keep the others from their answers.
 
         Parameters
@@ -172,11 +198,11 @@ class Card(SourcedCard):
 
         Returns
         -------
-        list of (str, Equilibrium or PeelOptError)
+        list of (str, Answer or PeelOptError)
             The label of each question and its answer, or the error that tells why there is none.
         """
         other = {key: value for key, value in (("method", method), ("tol", tol)) if value is not None}
-        answers: list[tuple[str, Equilibrium | PeelOptError]] = []
+        answers: list[tuple[str, Answer | PeelOptError]] = []
         for label, question in zip(self.labels(), self.questions, strict=True):
             try:
                 answers.append((label, question.model_copy(update=other).pose(self.problem)()))
@@ -190,9 +216,17 @@ class Card(SourcedCard):
             raise InvalidInput("a card needs either a [rod] or [groups], and not both.")
         if not self.questions:
             raise InvalidInput("a card needs at least one entry under [[questions]].")
-        given = (self.rod_table or self.groups or self).model_fields_set
+        given = set((self.rod_table or self.groups or self).model_fields_set)
         in_si = self.rod_table is not None and self.rod_table.ratio is None
-        self.require_sources(given, given if in_si else set())
+        if self.scene_table is not None:
+            if self.rod_table is None:
+                raise InvalidInput("[scene] is of a rod, and this card has [groups].")
+            try:
+                self.scene()
+            except InvalidInput as error:
+                raise InvalidInput(f"[scene]: {error}") from error
+            given |= self.scene_table.given
+        self.require_sources(given, given - set(SET) if in_si else set())
         for number, question in enumerate(self.questions, 1):
             try:
                 question.pose(self.problem)

@@ -12,19 +12,31 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..analysis.loading import loading_curve
+from ..analysis.unbonded import FlawLimit
 from ..base.errors import PeelOptError
 from ..base.files import atomic_write
 from ..base.units import display
 from ..equilibria.result import Equilibrium
+from ..model.named_laws import law_named
 from ..model.rod import Rod
+from ..model.scene import Scene
 from .card_tables import one_line
 from .cards import Card
+from .questions import Answer
+from .scene_report import (
+    DIGITS,
+    describe_scene,
+    flaw_cells,
+    flaw_record,
+    found_numbers,
+    number,
+    quantity,
+    scene_record,
+)
 
 #: A question's label and what came of it.
-Answered = tuple[str, Equilibrium | PeelOptError]
-
-#: As many digits as the default tolerance guarantees.
-DIGITS = 8
+Answered = tuple[str, Answer | PeelOptError]
 
 
 def describe_rod(rod: Rod) -> str:
@@ -41,17 +53,23 @@ def describe_rod(rod: Rod) -> str:
     return ", ".join([*values, f"eta/y0 = {rod.ratio:.4g}"])
 
 
-def cells(eq: Equilibrium) -> dict[str, str]:
+def cells(found: Answer) -> dict[str, str]:
     """Return what a reader wants to know of an answer, as texts by title."""
+    return flaw_cells(found) if isinstance(found, FlawLimit) else _cells_of_a_state(found)
+
+
+def _cells_of_a_state(eq: Equilibrium) -> dict[str, str]:
     found: dict[str, str] = {}
     if eq.rod is None:
-        found |= {"alpha": _number(eq.alpha), "alpha1": _number(eq.alpha1), "beta0": f"{eq.beta0:g}"}
+        found |= {"alpha": number(eq.alpha), "alpha1": number(eq.alpha1), "beta0": f"{eq.beta0:g}"}
         found |= {"lambda": f"{eq.lam:g}"}
     elif not eq.rod.dimensionless:
         found |= {"pressure": display(eq.pressure, "Pa", DIGITS), "length": display(eq.length, "m", DIGITS)}
+    if eq.rod is not None and (own := found_numbers(eq)):
+        found["with"] = ", ".join(f"{name} = {quantity(eq.rod, *value)}" for name, value in own.items())
     return found | {
-        "p/T0": _number(eq.pressure_ratio),
-        "sbar/eta": _number(eq.length_ratio),
+        "p/T0": number(eq.pressure_ratio),
+        "sbar/eta": number(eq.length_ratio),
         "state": eq.state,
         "law": eq.law,
         "status": eq.status,
@@ -65,10 +83,11 @@ def table(answers: Sequence[Answered]) -> str:
     """Return one line for each question; the error column belongs to p/T0, sbar/eta or alpha1."""
     rows: list[dict[str, str]] = [
         {"question": label}
-        | (cells(found) if isinstance(found, Equilibrium) else {"status": found.status, "flags": "-"})
+        | ({"status": found.status, "flags": "-"} if isinstance(found, PeelOptError) else cells(found))
         for label, found in answers
     ]
-    titles = list(next((row for row in rows if "error" in row), rows[0]))
+    fullest = max(rows, key=len)
+    titles = list(fullest)  # it has the titles of all others, in order
     return aligned([titles] + [[row.get(title, "-") for title in titles] for row in rows])
 
 
@@ -81,9 +100,12 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def sheet(label: str, eq: Equilibrium) -> str:
+def sheet(label: str, answer: Answer) -> str:
     """Return one answer, a line for each number."""
-    found = ({} if eq.rod is None else {"rod": describe_rod(eq.rod)}) | cells(eq)
+    found = {} if answer.rod is None else {"rod": describe_rod(answer.rod)}
+    if isinstance(answer, Equilibrium) and isinstance(answer.scene, Scene):
+        found["scene"] = describe_scene(answer.scene)
+    found |= cells(answer)
     width = max(map(len, found))
     return "\n".join([label, *(f"  {title.ljust(width)}  {text}" for title, text in found.items())])
 
@@ -91,9 +113,11 @@ def sheet(label: str, eq: Equilibrium) -> str:
 def heading(card: Card, path: str) -> str:
     """Return what the answers of a card are about, and what its numbers rest on."""
     lines = [f"{one_line(card.title)}  ({path})"]
-    rod = card.rod()
+    rod, scene = card.rod(), card.scene()
     if rod is not None:
         lines.append(f"  {describe_rod(rod)}")
+    if scene is not None:
+        lines.append(f"  scene: {describe_scene(scene)}")
     for word, fields in (("sourced", card.sources), ("estimated", card.estimates)):
         if fields:
             lines.append(f"  {word}: {', '.join(fields)}")
@@ -102,10 +126,12 @@ def heading(card: Card, path: str) -> str:
     return "\n".join(lines)
 
 
-def as_record(label: str, found: Equilibrium | PeelOptError) -> dict[str, Any]:
+def as_record(label: str, found: Answer | PeelOptError) -> dict[str, Any]:
     """Return an answer, or why there is none, as plain data."""
     if isinstance(found, Equilibrium):
-        return {"question": label, **found.summary()}
+        return {"question": label, **found.summary(), **scene_record(found)}
+    if isinstance(found, FlawLimit):
+        return {"question": label, **flaw_record(found)}
     return {"question": label, "status": found.status, "message": str(found), "nearest": found.nearest}
 
 
@@ -143,13 +169,15 @@ def summary_stem(cards: Sequence[str]) -> str:
 
 
 def write_result(result: Any, folder: Path, stem: str, *, picture: bool = True, title: str = "") -> None:
-    """Write NPZ, CSV and a picture of a result that is `Stored`.
+    """Write NPZ, CSV and a picture of a result that is `Stored`; of a flaw, how it opens up to its snap.
 
     Raises
     ------
     InvalidInput
         If a file cannot be written.
     """
+    if isinstance(result, FlawLimit):
+        result = loading_curve(result.rod, result.flaw, law=law_named(result.law) or "auto")
     result.save(folder / f"{stem}.npz")
     result.to_csv(folder / f"{stem}.csv")
     if picture:
@@ -196,10 +224,6 @@ def slug(text: str) -> str:
     """
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
     return re.sub(r"[^a-z0-9.]+", "-", plain)[:60].strip("-.") or "answer"
-
-
-def _number(value: float) -> str:
-    return f"{value:.{DIGITS}g}" if math.isfinite(value) else "-"
 
 
 def _without_nan(value: Any) -> Any:

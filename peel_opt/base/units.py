@@ -27,7 +27,29 @@ PRESSURE = Kind("Pa", ("Pa", "kPa", "MPa", "GPa", "bar", "psi", "mmHg", "cmH2O")
 LENGTH = Kind("m", ("m", "mm", "um", "nm", "in", "mil"))
 STIFFNESS = Kind("N m", ("N m", "uN m", "mN mm", "J", "eV"))
 WORK = Kind("J/m^2", ("J/m^2", "mJ/cm^2", "N/m", "N/25 mm", "gf/in", "lbf/in"))
+LINE_FORCE = Kind("N/m", ("N/m", "N/25 mm", "gf/in", "lbf/in"))
+LINE_MOMENT = Kind("N", ("N", "mN", "N mm/mm"))
+CURVATURE = Kind("1/m", ("1/m", "1/mm"))
+FOUNDATION = Kind("Pa/m", ("Pa/m", "MPa/mm", "GPa/m"))
+ANGLE = Kind("rad", ("deg", "rad"))
 NUMBER = Kind("", ())
+
+#: What can be measured here, by its SI unit.
+KINDS = {
+    kind.si: kind
+    for kind in (
+        PRESSURE,
+        LENGTH,
+        STIFFNESS,
+        WORK,
+        LINE_FORCE,
+        LINE_MOMENT,
+        CURVATURE,
+        FOUNDATION,
+        ANGLE,
+        NUMBER,
+    )
+}
 
 _NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|(?:nan|inf(?:inity)?)\b)"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.IGNORECASE)
@@ -41,7 +63,7 @@ _FACTOR = re.compile(
     r"(?:\s*(?:\*\*|\^))?\s*(-?\d(?!\d))?)"
 )
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-_SIGNS = str.maketrans({"−": "-", "·": "*", "⋅": "*", "∙": "*", "×": "*", "₂": "2"})
+_SIGNS = str.maketrans({"−": "-", "·": "*", "⋅": "*", "∙": "*", "×": "*", "₂": "2", "°": "deg"})
 
 #: Units of the trade that pint does not know, or not by this name.
 _DEFINITIONS = ("@alias torr = Torr", "pound_force_per_square_foot = force_pound / foot ** 2 = psf")
@@ -54,6 +76,7 @@ _SPELLINGS = (
     (re.compile(r"\b(mm|cm|m|in|ft)[\s_]*(Hg|H2O)\b"), r"\1\2"),
     (re.compile(r"\b([pnuµμmkM]?N)([nuµμmc]?m)\b"), r"\1 \2"),
     (re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])"), "*"),
+    (re.compile(r"^1\s*/"), "/"),
 )
 
 #: Decimal arithmetic, whatever a caller has set: 0.07 mm is 7e-5 m to the last bit.
@@ -189,7 +212,7 @@ def _scale(name: str, unit: str, kind: Kind, own: Mapping[str, float]) -> Decima
     if not kind.si:
         raise InvalidInput(f"{name} cannot have a unit such as {unit!r} here.", remedy=_wanted(kind, own))
     quantity = _unit(name, _spelled(unit), kind, own)
-    wanted = _unit(name, kind.si, kind, own)
+    wanted = _unit(name, _spelled(kind.si), kind, own)
     if quantity.dimensionality != wanted.dimensionality:
         weighed = quantity * _unit(name, "m/s^2", kind, own)
         masses = [word for word in re.findall(r"[A-Za-z]+", unit) if word in _FORCES]
@@ -260,10 +283,14 @@ def _registry() -> Any:
 
 def _meant(symbol: str, own: Mapping[str, float]) -> str:
     """End a message with the nearest known unit."""
-    kinds = (PRESSURE, LENGTH, STIFFNESS, WORK)
     names = [
         *own,
-        *(n for kind in kinds for unit in kind.examples for n in re.findall(r"[A-Za-z]+(?:2O)?", unit)),
+        *(
+            n
+            for kind in KINDS.values()
+            for unit in kind.examples
+            for n in re.findall(r"[A-Za-z]+(?:2O)?", unit)
+        ),
     ]
     lowered = {known.lower(): known for known in reversed(names)}
     nearest = difflib.get_close_matches(symbol.lower(), lowered, n=1, cutoff=0.5)

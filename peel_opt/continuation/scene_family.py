@@ -14,7 +14,7 @@ from ..base.errors import NotConverged
 from ..model.mixed_bonds import LINE
 from ..model.scene import Scene
 from ..model.tips import Contact, Middle, TipLoad
-from ..residual.closures import Closure
+from ..residual.closures import Closing, Closure
 from ..residual.discretisation import Discretisation, Phases, Profile
 from ..residual.newton import Correction
 from ..residual.phases import Layout, fits, without_middle_phase
@@ -125,6 +125,10 @@ class SceneFamily(Family):
         """How far a solution misses the identity of the scene, or its edge in an independent integration."""
         assert isinstance(point.problem, SceneDiscretisation)
         return certificate_of(point.problem, point.x)
+
+    def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
+        """Correct from a profile; a step that foresees no length leads nowhere."""
+        return super().solve(profile, other) if profile.scalars.sigma > 0.0 else None
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the stretches of a shape off what the bond sees and where its material points are."""

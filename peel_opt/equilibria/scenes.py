@@ -361,7 +361,11 @@ def answered(
         difference = _difference(question, (problem, x), (fine, there), own.leverage)
         seen = 0.1 * before / difference if difference > 0.0 else 0.0
         gain = max(problem.settings.gain_at(problem, x), seen)
-        error = (difference / (gain - 1.0) if gain > 1.0 else math.inf) + own.rounding
+        if difference <= own.rounding:  # what two meshes agree on needs no gain, which is noise there
+            left = difference
+        else:
+            left = difference / (gain - 1.0) if gain > 1.0 else math.inf
+        error = left + own.rounding
         problem, x, before = fine, there, difference
         missed = certificate_of(problem, x)
         done = error <= tol and missed <= tol

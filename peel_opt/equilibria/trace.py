@@ -119,7 +119,7 @@ def trace(
     if (rod is None) == (beta0 is None):
         raise InvalidInput("give either a rod or beta0 to trace.")
     if isinstance(rod, Scene):
-        others = (law, at, transcription)
+        others = (law, at, transcription, None if mode == 1 else mode)
         return trace_scene(rod, whole("points", points, 2), positive("tol", tol), others)
     named = known_law(("linear" if rod is None else "cohesive") if law is None else law)
     chosen = COHESIVE if named is None else named

@@ -32,11 +32,11 @@ from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.residual.closures import Closure, Plane, chart
 
-#: Cards that ask for an equilibrium.
+#: Cards that ask for an equilibrium of the paper's scene.
 PROBLEMS = [
     path
     for path in sorted((Path(__file__).parents[2] / "problems").glob("*.toml"))
-    if "[[questions]]" in path.read_text(encoding="utf-8")
+    if "[[questions]]" in (text := path.read_text(encoding="utf-8")) and "[scene]" not in text
 ]
 
 ROD = State(given="length", law="cohesive")

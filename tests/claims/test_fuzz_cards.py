@@ -72,7 +72,7 @@ TOML_VALUES = st.one_of(
 def built(draw: st.DrawFn) -> bytes:
     """Return a card of known tables and keys with values of any kind."""
     lines = [] if draw(st.booleans()) else ['title = "x"']
-    headers = ["[rod]", "[groups]", "[[questions]]", "[sources]", "[estimates]"]
+    headers = ["[rod]", "[scene]", "[groups]", "[[questions]]", "[sources]", "[estimates]"]
     headers += ["[calibration]", "[[pairs]]", "[[shapes]]", "[[rod]]", "[questions]", "[x.y]"]
     for header in draw(st.lists(st.sampled_from(headers), max_size=5)):
         lines.append(header)

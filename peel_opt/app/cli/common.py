@@ -12,6 +12,7 @@ from ...base.errors import InvalidInput
 
 if TYPE_CHECKING:
     from ...model.rod import Rod
+    from ...model.scene import Scene
     from .files import Files
 
 OK, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -83,7 +84,12 @@ def by_beta0(arguments: argparse.Namespace) -> bool:
 
 
 def rod_from(arguments: argparse.Namespace) -> Rod:
-    """Return the rod that the options describe, in one of three ways."""
+    """Return the rod that the options describe, in one of three ways; with nothing that acts on it."""
+    return _without_scene(subject_from(arguments), arguments.card)
+
+
+def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
+    """Return the rod that the options describe, or the scene of a card."""
     from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, parse
     from ...model.rod import Rod
 
@@ -93,7 +99,7 @@ def rod_from(arguments: argparse.Namespace) -> Rod:
     if sum(ways) != 1:
         raise InvalidInput("give the rod by --k, --T0 and --y0, or by --ratio, or by --card.")
     if arguments.card is not None:
-        return card_rod(arguments.card)
+        return _of_card(arguments.card)
     if arguments.ratio is not None:
         return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
     if missing := [flag for flag in numbers if flag not in given]:
@@ -103,13 +109,34 @@ def rod_from(arguments: argparse.Namespace) -> Rod:
 
 
 def card_rod(path: str) -> Rod:
-    """Return the rod of a problem card."""
+    """Return the rod of a problem card that has nothing beside it."""
+    return _without_scene(_of_card(path), path)
+
+
+def refuse_scene(subject: object, path: str | None) -> None:
+    """Raise where a card says what acts on its rod, which a command does not take."""
+    from ...model.scene import Scene
+
+    if isinstance(subject, Scene):
+        raise InvalidInput(
+            f"card {path!r} has a [scene], which this command does not cover.",
+            remedy="Ask about it with peel-opt run, pressure, length, solve or trace.",
+        )
+
+
+def _without_scene(subject: Rod | Scene, path: str | None) -> Rod:
+    refuse_scene(subject, path)
+    return subject  # type: ignore[return-value]
+
+
+def _of_card(path: str) -> Rod | Scene:
     from ..cards import load_card
 
-    rod = load_card(path).rod()
+    card = load_card(path)
+    rod = card.rod()
     if rod is None:
         raise InvalidInput(f"card {path!r} has no [rod].")
-    return rod
+    return card.scene() or rod
 
 
 def say(text: str) -> None:

@@ -16,10 +16,10 @@ from .common import (
     complain,
     force_option,
     output_options,
-    rod_from,
     rod_options,
     say,
     say_written,
+    subject_from,
 )
 from .files import Files, named, out_files
 
@@ -64,12 +64,12 @@ def add_commands(command: AddCommand) -> None:
 
 
 def _asked(arguments: argparse.Namespace, names: tuple[str, ...], whole: str) -> dict[str, Any]:
-    """Return the options that are given, with what they are about: --beta0, or a rod."""
+    """Return the options that are given, with what they are about: --beta0, a rod, or the scene of a card."""
     options = chosen(arguments, *names)
     if not by_beta0(arguments):
         if arguments.lam is not None:
             raise InvalidInput(f"--lam goes with a fixed --beta0; {whole}.")
-        return options | {"rod": rod_from(arguments)}
+        return options | {"rod": subject_from(arguments)}
     if arguments.lam is not None:
         options["lam"] = tuple(arguments.lam)
     return options | {"beta0": arguments.beta0}
@@ -85,8 +85,11 @@ def _trace(arguments: argparse.Namespace) -> int:
     from ..report import as_json
 
     files = out_files(arguments)
-    stem = branch_stem(options.get("rod"), options.get("beta0"), arguments.mode)
-    stem = _claimed(files, "trace", options, named("branch", arguments) if arguments.card else stem)
+    if arguments.card:
+        stem = named("branch", arguments)
+    else:
+        stem = branch_stem(options.get("rod"), options.get("beta0"), arguments.mode)
+    stem = _claimed(files, "trace", options, stem)
     branch = trace(**options)
     if files and files.pictures:
         branch = branch.with_stability()  # the picture shows it, and then it is stored too
@@ -115,8 +118,10 @@ def _hysteresis(arguments: argparse.Namespace) -> int:
     from ..report import as_json
 
     files = out_files(arguments)
-    stem = loop_stem(options.get("rod"), options.get("beta0"), arguments.convention, arguments.form)
-    stem = named("hysteresis", arguments) if arguments.card else stem
+    if arguments.card:
+        stem = named("hysteresis", arguments)
+    else:
+        stem = loop_stem(options.get("rod"), options.get("beta0"), arguments.convention, arguments.form)
     _claimed(files, "hysteresis", options | {"form": arguments.form}, stem)
     loop = hysteresis(**options)
     if files:

@@ -150,7 +150,12 @@ def fingerprint(asked: object) -> str:
     """Return a short text that is the same for the same plain data, arrays, rods and tables."""
     from dataclasses import asdict, is_dataclass
 
+    from ...model.scene import Scene
+    from ..scene_report import describe_scene
+
     def plain(item: Any) -> Any:
+        if isinstance(item, Scene):  # whose laws are functions
+            return [item.rod, describe_scene(item), item.numbers]
         if is_dataclass(item) and not isinstance(item, type):
             return asdict(item)
         if hasattr(item, "model_dump"):

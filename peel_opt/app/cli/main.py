@@ -27,10 +27,10 @@ from .common import (
     chosen,
     complain,
     output_options,
-    rod_from,
     rod_options,
     say,
     say_written,
+    subject_from,
 )
 from .files import Files, out_files
 
@@ -45,6 +45,7 @@ exit codes: 0 answered, 1 a question has no answer, 2 wrong input, 130 interrupt
 examples:
   peel-opt pressure --length "1.9 mm" --k "23 uN m" --T0 "140 kPa" --y0 "0.73 mm"
   peel-opt length --pressure "0.4 T0" --ratio 0.566
+  peel-opt solve --card problems/peel_test.toml --free force --length "12 mm"
   peel-opt run problems/*.toml --out results
   peel-opt trace --beta0 4 --lam -1 3
   peel-opt hysteresis --card problems/office_tape.toml
@@ -203,15 +204,14 @@ def _card_files(
 
 
 def _ask(arguments: argparse.Namespace) -> int:
-    """Answer one question about one rod."""
+    """Answer one question about one rod, or about the scene of a card."""
     from ..cards import as_question
     from ..report import as_json, as_record, sheet, stems
 
-    given = chosen(arguments, arguments.given, "law", "state", "near", "tol", "method")
-    question, rod = as_question(**given), rod_from(arguments)
-    label, ask = question.label(rod), question.pose(rod)
+    question, subject = as_question(**chosen(arguments, *arguments.asks)), subject_from(arguments)
+    label, ask = question.label(subject), question.pose(subject)
     files, ((stem,),) = out_files(arguments), stems([(arguments.card or "", [label])])
-    files.claim_kinds((rod, question.asked), stem)
+    files.claim_kinds((subject, question.asked), stem)
     try:
         found = ask()
     except PeelOptError as error:
@@ -251,12 +251,21 @@ def _parser() -> argparse.ArgumentParser:
         ("length", "pressure", "the detached length that a pressure holds", "60 kPa"),
     ):
         sub = command(asked, text, _ask)
-        sub.set_defaults(given=given)
+        sub.set_defaults(asks=(given, "law", "state", "near", "tol", "method"))
         sub.add_argument(f"--{given}", required=True, metavar="VALUE", help=f"such as '{example}'")
         rod_options(sub)
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
         answer_options(sub, "law", "state", "method")
         output_options(sub, files)
+    solve = command("solve", "the one number of a card's scene that is left free", _ask)
+    solve.set_defaults(asks=("free", "pressure", "length", "state", "near", "tol"))
+    solve.add_argument("--free", required=True, metavar="NAME", help="such as force, weight or length")
+    for given in ("pressure", "length"):
+        solve.add_argument(f"--{given}", metavar="VALUE", help="what is given; without a pressure, none")
+    rod_options(solve)
+    solve.add_argument("--near", metavar="VALUE", help="pick the state in which it is nearest to this")
+    answer_options(solve, "state")
+    output_options(solve, files)
     for module in (curves, measurements, sweeps, precision, explore):
         module.add_commands(command)
     return parser

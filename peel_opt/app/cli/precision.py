@@ -16,6 +16,7 @@ from .common import (
     chosen,
     complain,
     output_options,
+    refuse_scene,
     rod_from,
     rod_options,
     say,
@@ -120,6 +121,7 @@ def _questions(arguments: argparse.Namespace) -> list[_Posed]:
     if any(value is not None for value in rod_ways):
         rod_from(arguments)  # says that a card and another rod exclude each other
     card = load_card(arguments.card)
+    refuse_scene(card.problem, arguments.card)
     return [
         (label, question.pose(card.problem))
         for label, question in zip(card.labels(), card.questions, strict=True)

@@ -59,6 +59,11 @@ def from_card(card: Card) -> State:
         If the card lies outside what the explorer shows.
     """
     question = card.questions[0]
+    if card.scene_table is not None or question.flaw is not None or question.free is not None:
+        raise InvalidInput(
+            "the explorer shows the paper's scene only, and this card asks about another, or about a flaw.",
+            remedy="Answer it with peel-opt run.",
+        )
     posed = question.pose(card.problem)
     given: dict[str, Any] = dict(posed.keywords)
     rod = card.rod()

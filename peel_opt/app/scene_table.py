@@ -1,0 +1,217 @@
+"""``[scene]`` of a problem card: what acts on the rod, by the names under which `solve` frees its numbers.
+
+Every key that is a number has the name it has in `Scene.numbers`, a text with its unit as its value,
+and a source or an estimate; words pick the kind of profile, tip and bond.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, model_validator
+
+from ..base.errors import InvalidInput
+from ..base.units import ANGLE, KINDS, NUMBER, parse
+from ..model import profiles
+from ..model.blister import Blister
+from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.dimension import DOMAINS, Dimension, Parametrised
+from ..model.loads import Drag, Load, Pressure, SkinFriction, Weight
+from ..model.mixed_bonds import Bond, EffectiveOpening, ShearSprings
+from ..model.named_laws import law_named
+from ..model.rod import Rod
+from ..model.scene import OWN, Scene
+from ..model.tips import FREE, Contact, Middle, Tip, TipLoad
+from ..model.walls import PLATE, Circle
+from .card_tables import CardTable, own_units
+
+#: The numbers that a kind of profile or bond is made of.
+PROFILES = {
+    "linear": "gradient",
+    "exponential": "decay",
+    "mixed": "mix",
+    "height": "layer",
+    "stream": "",
+    "jet": "",
+}
+BONDS = {"opening": "", "effective opening": "zeta", "shear springs": "shear_stiffness"}
+
+#: One of each part, whose numbers are the keys of the table.
+_PARTS: tuple[Parametrised, ...] = (
+    Pressure(dead=0.5, until=1.0),
+    *(Pressure(p) for p in (profiles.Linear(0.0), profiles.Exponential(1.0), profiles.Mixed(0.0))),
+    Pressure(profiles.Height(1.0)),
+    Weight(0.0),
+    SkinFriction(traction=0.0),
+    SkinFriction(share=0.0),
+    Drag(0.0),
+    Circle(0.0),
+    TipLoad(),
+    EffectiveOpening(0.0),
+    ShearSprings(1.0),
+    Middle(roller=0.0),
+    Middle(slack=1.0),
+)
+
+#: What the numbers of the table measure.
+MEASURES: dict[str, Dimension] = dict(OWN)
+for _part in _PARTS:
+    MEASURES |= _part.parameters
+
+#: Numbers that somebody sets, as the pressure of a question; all others are read or estimated somewhere.
+SET = ("force", "angle", "moment", "roller")
+
+#: Numbers that are no longer one at zero.
+_POSITIVE = ("decay", "layer", "until", "shear_stiffness", "slack")
+
+
+def _known_law(value: object) -> object:
+    """Accept the name of a law of the package."""
+    if value != "auto" and (not isinstance(value, str) or law_named(value) is None):
+        raise InvalidInput(
+            f"law of a scene cannot be {value!r:.60}.",
+            remedy='Name "cohesive", "linear", "exponential" or "trapezoidal(0.3)".',
+        )
+    return value
+
+
+class SceneTable(CardTable):
+    """``[scene]``: loads, wall, tip, bond, and whether the rod is half of a strip between two edges."""
+
+    profile: Literal["linear", "exponential", "stream", "mixed", "jet", "height"] | None = None
+    gradient: Any = None
+    decay: Any = None
+    mix: Any = None
+    layer: Any = None
+    dead: Any = None
+    until: Any = None
+    weight: Any = None
+    tilt: Any = None
+    friction: Any = None
+    share: Any = None
+    drag: Any = None
+    curvature: Any = None
+    tip: Literal["free", "contact"] = "free"
+    force: Any = None
+    angle: Any = None
+    moment: Any = None
+    law: Annotated[str, BeforeValidator(_known_law)] = "auto"
+    bond: Literal["opening", "effective opening", "shear springs"] = "opening"
+    zeta: Any = None
+    shear_stiffness: Any = None
+    softening: bool = True
+    natural_curvature: Any = None
+    unbonded: Any = None
+    line_energy: Any = None
+    blister: bool = False
+    roller: Any = None
+    slack: Any = None
+
+    @property
+    def given(self) -> set[str]:
+        """Names of the numbers that are given."""
+        return {name for name in MEASURES if getattr(self, name) is not None}
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        given = self.given
+        for word, kinds in (("profile", PROFILES), ("bond", BONDS)):
+            chosen = getattr(self, word)
+            needs = kinds[chosen] if chosen else ""
+            if needs and needs not in given:
+                raise InvalidInput(f"{word} = {chosen!r} needs {needs}.")
+            for kind, name in kinds.items():
+                if name in given and name != needs:
+                    raise InvalidInput(f"{name} goes with {word} = {kind!r}.")
+        wants = {"tilt": "weight"} | dict.fromkeys(("roller", "slack"), "blister")
+        for name, other in wants.items():
+            if name in given and not (other in given or (other == "blister" and self.blister)):
+                raise InvalidInput(f"{name} goes with {other}{' = true' * (other == 'blister')}.")
+        if {"friction", "share"} <= given:
+            raise InvalidInput("give one of friction and share, not both.")
+        if pulled := sorted(given & set(TipLoad.parameters)):
+            held = "tip = 'contact'" if self.tip == "contact" else "blister = true" if self.blister else ""
+            if held:
+                raise InvalidInput(f"{pulled[0]} loads a free tip, and not one with {held}.")
+        if self.tip == "contact" and self.blister:
+            raise InvalidInput("the tip of a blister is its middle: leave out tip.")
+        if self.bond == "shear springs" and self.law not in ("auto", COHESIVE.name):
+            raise InvalidInput("bond = 'shear springs' has law (8) in the gap: leave out law.")
+        if not self.softening and self.bond != "shear springs":
+            raise InvalidInput("softening goes with bond = 'shear springs'.")
+        return self
+
+    def scene(self, rod: Rod) -> Scene:
+        """Return the scene of a rod.
+
+        Raises
+        ------
+        InvalidInput
+            If a number has the wrong unit or size, naming it, or the parts contradict each other.
+        """
+        q = {name: read_number(rod, name, getattr(self, name), MEASURES[name]) for name in self.given}
+        for name, value in q.items():
+            low, high = DOMAINS.get(name, (-math.inf, math.inf))
+            if not low <= value <= high:
+                bounds = f"at least {low:g}" if math.isinf(high) else f"between {low:.5g} and {high:.5g}"
+                raise InvalidInput(f"{name} must be {bounds}, got {value:g}.")
+        own: dict[str, Any] = {name: q[name] for name in OWN if name in q}
+        wall = Circle(q["curvature"]) if "curvature" in q else PLATE
+        loads, law = self._loads(q), self._bond(q)
+        if self.blister:
+            if "natural_curvature" in own:
+                raise InvalidInput("natural_curvature does nothing to a blister: leave it out.")
+            return Blister(rod, loads, wall, law=law, roller=q.get("roller"), slack=q.get("slack"), **own)
+        tip: Tip = Contact() if self.tip == "contact" else FREE
+        if load := {name: q[name] for name in TipLoad.parameters if name in q}:
+            tip = TipLoad(**load)
+        return Scene(rod, loads, wall, tip, law, **own)
+
+    def _loads(self, q: dict[str, float]) -> list[Load]:
+        makers: dict[str, Callable[..., profiles.Distribution]] = {
+            "linear": profiles.linear,
+            "exponential": profiles.exponential,
+            "mixed": profiles.mixed,
+            "height": profiles.height,
+            "stream": profiles.stream,
+            "jet": profiles.jet,
+        }
+        profile = None
+        if self.profile is not None:
+            number = PROFILES[self.profile]
+            try:
+                profile = makers[self.profile](*([q[number]] if number else []))
+            except InvalidInput as error:
+                raise InvalidInput(f"{number}: {error}") from error
+        loads: list[Load] = []
+        if profile is not None or "dead" in q or "until" in q:
+            loads.append(Pressure(profile, dead=q.get("dead", 0.0), until=q.get("until")))
+        if "weight" in q:
+            loads.append(Weight(q["weight"], q.get("tilt", 0.0)))
+        if "friction" in q or "share" in q:
+            loads.append(SkinFriction(traction=q.get("friction"), share=q.get("share")))
+        if "drag" in q:
+            loads.append(Drag(q["drag"]))
+        return loads
+
+    def _bond(self, q: dict[str, float]) -> CohesiveLaw | Bond | str:
+        law = law_named(self.law) or COHESIVE
+        if self.bond == "effective opening":
+            return EffectiveOpening(q["zeta"], law)
+        if self.bond == "shear springs":
+            return ShearSprings(q["shear_stiffness"], self.softening)
+        return self.law if self.law == "auto" else law
+
+
+def read_number(rod: Rod, name: str, value: object, dimension: Dimension) -> float:
+    """Return a number of a scene in the units of its rod, whose T0, eta and y0 are units too.
+
+    Raises
+    ------
+    InvalidInput
+        If it measures something else, or is not finite.
+    """
+    kind = NUMBER if rod.dimensionless and dimension.unit != ANGLE.si else KINDS[dimension.unit]
+    return parse(name, value, kind, own=own_units(rod, dimension.unit), signed=name not in _POSITIVE)
