@@ -10,10 +10,9 @@ from ..analysis.unbonded import FlawLimit
 from ..base.units import ANGLE, CURVATURE, display
 from ..equilibria.result import Equilibrium
 from ..model.blister import Blister
-from ..model.bond import COHESIVE
 from ..model.dimension import FORCE, LENGTH, Dimension
 from ..model.loads import Pressure
-from ..model.mixed_bonds import Opening, ShearSprings
+from ..model.mixed_bonds import LINE, Opening, ShearSprings
 from ..model.rod import Rod, Units
 from ..model.scene import Scene
 from ..model.tips import Contact
@@ -34,11 +33,13 @@ def describe_scene(scene: Scene) -> str:
         words[-1] += f" {quantity(rod, rod.eta / abs(kw), LENGTH, 4)}"
     if isinstance(scene.tip, Contact):
         words.append("tip resting on the wall")
-    if not isinstance(scene.bond, Opening):
+    if scene.bond is LINE:
+        words.append("held by the line energy of its front alone")
+    elif not isinstance(scene.bond, Opening):
         hard = isinstance(scene.bond, ShearSprings) and not scene.bond.softening
         words.append(f"bond {_in_words(scene.bond)}{' that do not soften' * hard}")
-    if scene.bond.law.name != COHESIVE.name:
-        words.append(f"{scene.bond.law.name} law")
+    if scene.bond is not LINE and scene.law != "auto":
+        words.append(f"{scene.bond.name} law")
     kinds = scene.dimensions
     given = {name: value * kinds[name].size(rod) for name, value in q.items() if value}
     words += [f"{name} = {quantity(rod, value, kinds[name], 6)}" for name, value in given.items()]

@@ -64,15 +64,15 @@ for _part in _PARTS:
 SET = ("force", "angle", "moment", "roller")
 
 #: Numbers that are no longer one at zero.
-_POSITIVE = ("decay", "layer", "until", "shear_stiffness", "slack")
+_POSITIVE = ("decay", "layer", "until", "shear_stiffness", "stretch")
 
 
 def _known_law(value: object) -> object:
     """Accept the name of a law of the package."""
-    if value != "auto" and (not isinstance(value, str) or law_named(value) is None):
+    if not isinstance(value, str) or (value not in ("auto", "none") and law_named(value) is None):
         raise InvalidInput(
             f"law of a scene cannot be {value!r:.60}.",
-            remedy='Name "cohesive", "linear", "exponential" or "trapezoidal(0.3)".',
+            remedy='Name "cohesive", "linear", "exponential", "trapezoidal(0.3)" or "none".',
         )
     return value
 
@@ -105,6 +105,8 @@ class SceneTable(CardTable):
     natural_curvature: Any = None
     unbonded: Any = None
     line_energy: Any = None
+    stretch: Any = None
+    glued_strain: Any = None
     blister: bool = False
     roller: Any = None
     slack: Any = None
@@ -115,7 +117,7 @@ class SceneTable(CardTable):
         return {name for name in MEASURES if getattr(self, name) is not None}
 
     @model_validator(mode="after")
-    def _goes_together(self) -> Self:
+    def _has_the_numbers_of_its_words(self) -> Self:
         given = self.given
         for word, kinds in (("profile", PROFILES), ("bond", BONDS)):
             chosen = getattr(self, word)
@@ -131,13 +133,19 @@ class SceneTable(CardTable):
                 raise InvalidInput(f"{name} goes with {other}{' = true' * (other == 'blister')}.")
         if {"friction", "share"} <= given:
             raise InvalidInput("give one of friction and share, not both.")
-        if pulled := sorted(given & set(TipLoad.parameters)):
+        return self
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        if pulled := sorted(self.given & set(TipLoad.parameters)):
             held = "tip = 'contact'" if self.tip == "contact" else "blister = true" if self.blister else ""
             if held:
                 raise InvalidInput(f"{pulled[0]} loads a free tip, and not one with {held}.")
         if self.tip == "contact" and self.blister:
             raise InvalidInput("the tip of a blister is its middle: leave out tip.")
-        if self.bond == "shear springs" and self.law not in ("auto", COHESIVE.name):
+        if self.bond == "effective opening" and self.law == "none":
+            raise InvalidInput("bond = 'effective opening' needs a law, and not law = 'none'.")
+        if self.bond == "shear springs" and self.law != "auto":
             raise InvalidInput("bond = 'shear springs' has law (8) in the gap: leave out law.")
         if not self.softening and self.bond != "shear springs":
             raise InvalidInput("softening goes with bond = 'shear springs'.")
@@ -202,7 +210,7 @@ class SceneTable(CardTable):
             return EffectiveOpening(q["zeta"], law)
         if self.bond == "shear springs":
             return ShearSprings(q["shear_stiffness"], self.softening)
-        return self.law if self.law == "auto" else law
+        return self.law if self.law in ("auto", "none") else law
 
 
 def read_number(rod: Rod, name: str, value: object, dimension: Dimension) -> float:
