@@ -1,6 +1,7 @@
 """The public names, each with the module it lives in, from which it is imported when first used."""
 
 from .analysis.branch_potential import branch_potential as branch_potential
+from .analysis.derivatives import Sensitivities as Sensitivities
 from .analysis.design_relations import maxwell_length as maxwell_length
 from .analysis.energies import energies as energies
 from .analysis.flaws import held_length as held_length
@@ -14,7 +15,6 @@ from .analysis.loading import loading_curve as loading_curve
 from .analysis.maxwell import maxwell_curve as maxwell_curve
 from .analysis.normal_form import NormalForm as NormalForm
 from .analysis.reduction import lyapunov_schmidt as lyapunov_schmidt
-from .analysis.sensitivities import Sensitivities as Sensitivities
 from .analysis.sensitivities import sensitivities as sensitivities
 from .analysis.stability import Stability as Stability
 from .analysis.stability import control_table as control_table

@@ -150,6 +150,11 @@ class SceneDiscretisation(SpectralDiscretisation):
         """`SAMPLED` at the same local coordinates in every phase."""
         return self.equations.sampler(zeta)(self.x, self.numbers)
 
+    def by_numbers(self, x: np.ndarray) -> np.ndarray:
+        """Derivatives of the residual by the known numbers of the scene, a column for each."""
+        rates: np.ndarray = self.equations.by_numbers(x, self.numbers).full()
+        return rates
+
     def found(self, x: np.ndarray) -> dict[str, float]:
         """Return all numbers of the scene in a solution, "pressure" and "ratio" among them."""
         s = self.scalars(x)
@@ -279,6 +284,12 @@ class SceneEquations:
         places = [part.values[model.field_count :] for part in (f.xi, f.theta, f.x, f.y, f.slip)]
         self.ends = ca.Function("ends", arguments, [ca.horzcat(*places), f.work().values])
         self._samplers: dict[bytes, ca.Function] = {}
+
+    @cached_property
+    def by_numbers(self) -> ca.Function:
+        """Compiled derivatives of the residual by the known numbers."""
+        arguments = [self.x, self.given]
+        return ca.Function("by_numbers", arguments, [ca.jacobian(self.residual(*arguments), self.given)])
 
     def sampler(self, zeta: np.ndarray) -> ca.Function:
         """Compiled fields at local coordinates of every phase, remembered."""

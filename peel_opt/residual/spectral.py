@@ -25,6 +25,9 @@ from .spectral_fields import Integration, SpectralFields
 #: cases of 2 to 14 nodes a refinement gained less in 3, all of them by chance.
 BELIEVED = 0.3
 
+#: Share of the largest coefficient of a solution below which those of a phase are rounding.
+STRAIGHT = 1e-9
+
 
 @dataclass(frozen=True)
 class Spectral(Transcription):
@@ -62,7 +65,9 @@ class Spectral(Transcription):
         A shape that is not resolved gains nothing for sure.
         """
         sizes = np.abs(x[problem.fields].reshape(-1, self.nodes) @ Grid.gauss(self.nodes).analysis.T)
-        last = float((sizes[:, -2:].max(axis=1) / sizes.max(axis=1)).max())
+        # A phase where nothing but rounding bends, such as an arc under a moment alone, is resolved.
+        own = np.maximum(sizes.max(axis=1), STRAIGHT * sizes.max())
+        last = float((sizes[:, -2:].max(axis=1) / own).max())
         return BELIEVED / last if last > 0.0 else math.inf
 
     def discretise(self, phases: Phases) -> SpectralDiscretisation:

@@ -173,12 +173,10 @@ def test_what_cannot_be_asked_of_a_scene_is_refused_by_name(make: Any, words: st
         make()
 
 
-@pytest.mark.parametrize("reading", [po.sensitivities, po.Walk])
-def test_a_reading_that_does_not_cover_scenes_says_so(reading: Any) -> None:
+def test_a_reading_that_does_not_cover_scenes_says_so() -> None:
     eq = po.solve(po.Scene(ROD, [po.Weight(0.02)]), free="length", pressure=0.8)
-    arguments = {"hold": "ratio"} if reading is po.Walk else {}
     with pytest.raises(po.InvalidInput, match="paper's scene"):
-        reading(eq, **arguments)
+        po.Walk(eq, hold="ratio")
 
 
 def test_the_branch_of_a_scene_has_its_folds() -> None:

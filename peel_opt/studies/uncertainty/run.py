@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sensitivities import Sensitivities, sensitivities
+from ...analysis.derivatives import Sensitivities
+from ...analysis.sensitivities import sensitivities
 from ...base.checks import finite, flag
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
