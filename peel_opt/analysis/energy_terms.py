@@ -31,6 +31,9 @@ from ..residual.solved_again import solved_again
 #: Gauss points per stretch of the rod, and along the way from where a point was glued to where it is.
 POINTS, WAY = 32, 12
 
+#: The energies that belong to the rod and its bond.
+OWN = ("bending", "stretch", "glued", "separation", "front")
+
 #: What rounding leaves of an energy.
 ROUNDING = 1e-14
 
@@ -46,6 +49,8 @@ class EnergyTerms:
     ----------
     bending : float
         k/2 int (theta' - kappa_n)^2 along the detached part.
+    stretch : float
+        EA/2 int eps^2 along it, of a rod that stretches.
     glued : float
         What the same stretch of rod had while it lay on its wall, which it brings along.
     separation : float
@@ -58,7 +63,8 @@ class EnergyTerms:
         What has no potential: the work it does depends on the way.
     work : dict of float
         What each load puts into the first integral, in J/m^2 or T0 eta: with that of the tip and with
-        (k/2) (theta'(0) - kw)^2 it is the work of separation at the tip and the line energy.
+        (k/2) (theta'(0) - kw)^2 it is the work of separation at the tip and the line energy.  Empty where
+        the rod stretches or its wall is curved.
     error : float
         Largest error of an energy.
     unit : str
@@ -66,6 +72,7 @@ class EnergyTerms:
     """
 
     bending: float
+    stretch: float
     glued: float
     separation: float
     front: float
@@ -89,10 +96,11 @@ class EnergyTerms:
                 f"there is no total energy: {', '.join(self.non_conservative)} has no potential.",
                 remedy="Its terms bending, separation and potential are there by themselves.",
             )
-        return self.bending - self.glued + self.separation + self.front + sum(self.potential.values())
+        own = self.bending + self.stretch - self.glued + self.separation + self.front
+        return own + sum(self.potential.values())
 
     def __repr__(self) -> str:
-        lines = [f"{name} {getattr(self, name):.9g}" for name in ("bending", "glued", "separation", "front")]
+        lines = [f"{name} {getattr(self, name):.9g}" for name in OWN]
         lines += [f"potential of the {name} {value:.9g}" for name, value in self.potential.items()]
         lines += [f"no potential: {name}" for name in self.non_conservative]
         tree = [f"├─ {line}" for line in lines]
@@ -117,19 +125,16 @@ def energy_terms(eq: Equilibrium) -> EnergyTerms:
     problem, x = solved_again(source.problem, source.x, state.asked_at)
     assert isinstance(problem, SceneDiscretisation)
     rough, fine = _read(source.problem, source.x, POINTS), _read(problem, x, 2 * POINTS)
-    apart = [abs(getattr(fine, name) - getattr(rough, name)) for name in ("bending", "separation")]
+    apart = [abs(getattr(fine, name) - getattr(rough, name)) for name in OWN]
     apart += [abs(fine.potential[name] - rough.potential[name]) for name in fine.potential]
     rod = state.scene.rod if isinstance(state.scene, Scene) else state.rod
     assert rod is not None
     energy = MOMENT.size(rod)
     per_area = ENERGY.size(rod)
-    size = fine.bending + fine.separation + sum(map(abs, fine.potential.values()))
+    size = fine.bending + fine.stretch + fine.separation + sum(map(abs, fine.potential.values()))
     return replace(
         fine,
-        bending=fine.bending * energy,
-        glued=fine.glued * energy,
-        separation=fine.separation * energy,
-        front=fine.front * energy,
+        **{name: getattr(fine, name) * energy for name in OWN},
         potential={name: value * energy for name, value in fine.potential.items()},
         work={name: value * per_area for name, value in fine.work.items()},
         error=(max(apart) + ROUNDING * size) * energy,
@@ -161,11 +166,13 @@ def _read(problem: SceneDiscretisation, x: np.ndarray, points: int) -> EnergyTer
     places, shape = places_of(problem, x, nodes)
     share = np.kron(problem.lengths(x), weights)
     kn, kw = q.get("natural_curvature", 0.0), float(scene.wall.curvature_of(q))
+    EA, strain = _stretched(places, shape, q)
     potential, lost, work = _of_loads(problem, places, share * sbar, q)
     potential |= _of_the_tip(scene, problem.ends(x)[0], q)
     return EnergyTerms(
         bending=float(share @ (shape["curvature"] - kn * sbar) ** 2) / (2.0 * sbar),
-        glued=0.5 * (kw - kn) ** 2 * sbar,
+        stretch=0.5 * EA * sbar * float(share @ strain**2),
+        glued=0.5 * sbar * ((kw - kn) ** 2 + EA * q.get("glued_strain", 0.0) ** 2),
         separation=float((share * sbar) @ _separated(problem, places, q)),
         front=q.get("line_energy", 0.0) * sbar,
         potential=potential,
@@ -174,6 +181,15 @@ def _read(problem: SceneDiscretisation, x: np.ndarray, points: int) -> EnergyTer
         error=np.nan,
         unit="",
     )
+
+
+def _stretched(
+    places: np.ndarray, shape: dict[str, np.ndarray], q: dict[str, float]
+) -> tuple[float, np.ndarray]:
+    """Return EA over T0 eta and the strain -N.t/EA; both zero where the rod does not stretch."""
+    theta, sbar, EA = places[:, 1], places[0, 5], q.get("stretch", 0.0)
+    pull = -(shape["nx"] * np.cos(theta) + shape["ny"] * np.sin(theta)) / sbar**2
+    return EA, pull / EA if EA else 0.0 * pull
 
 
 def _separated(problem: SceneDiscretisation, places: np.ndarray, q: dict[str, float]) -> np.ndarray:
@@ -214,11 +230,13 @@ def _of_loads(
                 lost.setdefault(name, f"{name}, as it turns with the rod")
             if not field.is_gradient(here):
                 lost[name] = f"{name}, whose force is no gradient"
+            elif scene.stretch is not None and load.on_stretched and np.any(field.along(ways)):
+                lost[name] = f"{name}, whose force is no gradient as it goes with the stretch"
             energy -= float(share @ field.along(ways))
             put += float(share @ field.put(here))
         if energy and "gradient" not in lost.get(name, ""):
             potential[name] = energy
-        if scene.has_identity and scene.is_flat:
+        if scene.has_identity and scene.is_flat and scene.stretch is None:
             work[name] = put
     return potential, tuple(lost.values()), work
 

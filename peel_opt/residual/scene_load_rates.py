@@ -15,6 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..base.errors import InvalidInput
 from ..model.bond import Piece
 from ..model.place import Place
 from ..model.scene import Scene
@@ -32,8 +33,19 @@ TURN, ALONG, ACROSS = (np.eye(3)[i : i + 1] for i in range(3))
 
 
 def scene_load_rates(problem: SceneDiscretisation, x: np.ndarray, zeta: np.ndarray) -> LoadRates:
-    """Return a state of a scene and the derivatives of its loads, at local coordinates of every phase."""
+    """Return a state of a scene and the derivatives of its loads, at local coordinates of every phase.
+
+    Raises
+    ------
+    InvalidInput
+        If the rod stretches.
+    """
     scene, q = problem.settings.scene, problem.found(x)
+    if scene.stretch is not None:
+        raise InvalidInput(
+            "small motions are those of a rod that does not stretch: stability does not cover this scene.",
+            remedy="Leave out stretch= where it is large; its energies and sensitivities are covered.",
+        )
     parts, numbers, sbar = _Parts(scene, tuple(q)), np.array(list(q.values())), problem.scalars(x).sigma
     places, fields = places_of(problem, x, zeta)
     stretches = zip(problem.phases, np.split(places, len(problem.phases)), strict=True)

@@ -15,7 +15,7 @@ from ..model.equations import Scalars
 from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
-from .discretisation import PROFILE_POINTS, Phases, Profile, Transcription
+from .discretisation import PROFILE_POINTS, Discretisation, Phases, Profile, Transcription
 from .meshes import SCENES
 from .scene_fields import SAMPLED, SceneFields
 from .shape import DENSE_POINTS, Shape, Solution, sample_shape
@@ -184,6 +184,10 @@ class SceneDiscretisation(SpectralDiscretisation):
         """Sample a solution."""
         values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(SAMPLED))
         return SceneProfile(self.lengths(x), values, self.scalars(x), self.settings.scene, self.found(x))
+
+    def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
+        """Unknowns of the same solution on another mesh of the same phases."""
+        return finer.pack(self.profile(x))
 
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""

@@ -88,6 +88,22 @@ def test_a_straight_rod_brings_the_energy_that_its_wall_bent_it_to() -> None:
     assert po.energies(eq).glued == pytest.approx(0.5 * 0.1**2 * eq.length)
 
 
+def test_a_rod_that_stretches_counts_its_strain() -> None:
+    """Along states without a pressure d(total)/d(force) is how far the tip has gone along it."""
+    tip = po.TipLoad(force=1.0, angle=1.2)
+    scene = po.Scene(ROD, [po.Weight(0.02)], line_energy=0.1, stretch=5.0, glued_strain=0.02, tip=tip)
+    below, eq, above = (po.solve(scene, free="force", length=2.5 + d) for d in (-2e-3, 0.0, 2e-3))
+    found = po.energies(eq)
+    assert found.stretch > 0.1
+    assert found.non_conservative == ()
+    rise = po.energies(above).total - po.energies(below).total
+    assert rise / (above.answer - below.answer) == pytest.approx(found.potential["tip"] / eq.answer, rel=1e-5)
+    with pytest.raises(po.InvalidInput, match="does not stretch"):
+        po.stability(eq)
+    slope = (above.answer - below.answer) / 4e-3
+    assert po.sensitivities(eq)["length"] == pytest.approx(slope, rel=1e-4)
+
+
 def test_what_carries_no_solution_says_so(tmp_path: object) -> None:
     eq = po.length_given_pressure(ROD, 0.5)
     path = f"{tmp_path}/state.npz"
