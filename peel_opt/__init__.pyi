@@ -97,6 +97,10 @@ from .model.tips import Contact as Contact
 from .model.tips import TipLoad as TipLoad
 from .model.walls import Circle as Circle
 from .model.walls import Flat as Flat
+from .motion.rates import critical_drag as critical_drag
+from .motion.rates import growth_rate as growth_rate
+from .motion.snap import snap as snap
+from .motion.trajectory import Snap as Snap
 from .residual.programme import Ipopt as Ipopt
 from .residual.transcriptions import Collocation as Collocation
 from .residual.transcriptions import Shooting as Shooting

@@ -112,12 +112,25 @@ def stability(state: Equilibrium | Branch, i: int = -1) -> Stability:
         return Stability.read(Spectrum(*state.solution_at(range(len(state))[i])))
     if not isinstance(state, Equilibrium):
         raise InvalidInput(f"a state must be an Equilibrium or a Branch, got {state!r:.60}.")
-    if not isinstance(state.source, Solution):
+    return Stability.read(spectrum_of(state))
+
+
+def spectrum_of(eq: Equilibrium) -> Spectrum:
+    """Return the eigenvalues of small motions about an equilibrium.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none, or carries no discrete solution.
+    """
+    if not isinstance(eq, Equilibrium):
+        raise InvalidInput(f"a state must be an Equilibrium, got {eq!r:.60}.")
+    if not isinstance(eq.source, Solution):
         raise InvalidInput(
             "this equilibrium carries no discrete solution to linearise about.",
             remedy="Compute it again; files and other processes keep the shape only.",
         )
-    return Stability.read(Spectrum(state.source.problem, state.source.x, *state.asked_at))
+    return Spectrum(eq.source.problem, eq.source.x, *eq.asked_at)
 
 
 #: What the paper reads off its effective potential at a given length: minimum or maximum.

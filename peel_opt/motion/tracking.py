@@ -19,7 +19,7 @@ from .trajectory import Happening, Ledger, TipPath
 
 #: Degree of the polynomials of a phase, and largest error of an angle or a length over eta that a step may
 #: have, by resolution.
-MESHES = ((22, 1e-8), (28, 1e-9))
+MESHES = ((25, 1e-8), (31, 1e-9))
 
 #: First step, over the time unit, at the start and after an event.
 FIRST, AFTER = 0.1, 0.01
@@ -38,7 +38,7 @@ FRACTIONS = np.linspace(0.0, 1.0, 101)
 MOST_STEPS = 4000
 
 #: Shortest detached length over eta that is still followed as it closes.
-CLOSED = 0.05
+CLOSED = 0.2
 
 
 @dataclass(eq=False)

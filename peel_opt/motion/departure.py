@@ -1,0 +1,94 @@
+"""Where a motion begins: just off an unstable equilibrium, along the one direction in which it grows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import eig
+
+from ..base.errors import NoEquilibrium, NotConverged
+from ..equilibria.result import Equilibrium
+from .flap import Flap
+from .layout import along, laid_out
+from .run import Posture, Setting
+
+#: Degree of the polynomials, and points of the posture that is handed on.
+DEGREE, POINTS = 30, 1201
+
+#: Angle [rad] by which the tip is turned to begin with: what is not the growing motion is its square.
+NUDGE = 1e-4
+
+#: Newton corrections of the state, and what is left of it.
+MOST_CORRECTIONS, SETTLED = 12, 1e-11
+
+#: Rates above this, over the unit of time, are those of the mesh; no state leaves its place so fast.
+FASTEST = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Departure:
+    """A posture on the way from an unstable state, and the rate at which it grows, over the unit of time."""
+
+    posture: Posture
+    growth: float
+
+
+def departure(setting: Setting, eq: Equilibrium) -> Departure:
+    """Return an unstable equilibrium, nudged so that its tip turns over.
+
+    Raises
+    ------
+    NoEquilibrium
+        If nothing grows about it.
+    NotConverged
+        If it could not be solved again.
+    """
+    flap, u = _again(setting, eq)
+    growth, mode = _growing(flap, u)
+    u, z = u + NUDGE * mode, NUDGE * growth * mode
+    sbar = float(u[flap.lengths].sum())
+    s = 0.5 * sbar * (1.0 - np.cos(np.linspace(0.0, np.pi, POINTS)))
+    theta, _, _, spin = along(flap, u, z)(s).T
+    return Departure(Posture(s, theta, spin), growth)
+
+
+def stretched(eq: Equilibrium, length: float) -> Posture:
+    """Return the shape of an equilibrium at rest, stretched to a length over eta."""
+    s = eq.shape.xi * length
+    return Posture(s, eq.shape.theta, np.zeros_like(s))
+
+
+def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
+    """Return an equilibrium as one of the moving rod."""
+    s, still = eq.shape.xi * eq.length_ratio, np.zeros
+    flap, u, _ = laid_out(setting, DEGREE, eq.length_ratio, CubicSpline(s, eq.shape.theta))
+    for _ in range(MOST_CORRECTIONS):
+        at = flap.balance(u, still(flap.size), still(flap.size))
+        change = np.linalg.solve(at.by_state, -at.residual)
+        u = u + change
+        if np.abs(flap.felt(change)).max() < SETTLED:
+            return flap, u
+    raise NotConverged("the unstable state could not be solved again as one of a moving rod.")
+
+
+def _growing(flap: Flap, u: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the rate of the motion that grows, and its direction, of a tip that turns by -1."""
+    n, still, one = flap.size, np.zeros(flap.size), np.eye(flap.size)
+    at, nothing = flap.balance(u, still, still), np.zeros((flap.size, flap.size))
+    first, second = at.by_state, -at.by_rate
+    if flap.setting.mass:
+        first = np.block([[nothing, one], [-at.by_state, -at.by_rate]])
+        second = np.block([[one, nothing], [nothing, at.by_second]])
+    above, vectors = eig(first, second, homogeneous_eigvals=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rates = above[0] / above[1]
+    real = np.isfinite(rates) & (np.abs(rates.imag) <= 1e-9 * np.abs(rates)) & (rates.real < FASTEST)
+    if not np.any(real & (rates.real > 0.0)):
+        raise NoEquilibrium(
+            "nothing grows about this state: it does not snap.", remedy="Start from an unfolded state."
+        )
+    i = int(np.argmax(np.where(real, rates.real, -np.inf)))
+    mode = vectors[:n, i].real
+    return float(rates[i].real), -mode / mode[0]

@@ -1,0 +1,289 @@
+"""What a rod does after it let go: asked in its own units, and run at two resolutions for the error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import takewhile
+
+from ..base.checks import positive
+from ..base.errors import InvalidInput, NotConverged, OutOfRange
+from ..base.progress import Progress
+from ..base.progress import progress as telling
+from ..base.threads import one_thread
+from ..equilibria.ask import length_given_pressure
+from ..equilibria.question import known_law
+from ..equilibria.result import Equilibrium
+from ..equilibria.scenes import plain_law
+from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.rod import Rod, Units, require_rod
+from ..model.scene import Scene
+from .departure import departure, stretched
+from .rates import resistance
+from .run import Posture, Setting, Told, Track, Until
+from .tracking import track
+from .trajectory import BONDS, Happening, Ledger, Snap, TipPath
+
+#: Longest run, over the unit of time, of a rod that is followed until it rests.
+LONGEST = 3000.0
+
+#: How far from the folded equilibrium a rod at rest may be, over eta.
+APART = 1e-5
+
+#: A likely end of a run that starts from a nudge, over the time in which that grows by e.
+LIKELY = 25.0
+
+#: Parts in which the way to a likely end is told.
+PARTS = 100
+
+
+@one_thread
+def snap(
+    rod: Rod | Scene,
+    pressure: float,
+    *,
+    flaw: float | None = None,
+    start: Equilibrium | None = None,
+    mass: float = 0.0,
+    drag: float | None = None,
+    bond: str = "reversible",
+    law: str | CohesiveLaw = "auto",
+    until: str | float = "arrest",
+    rod_length: float | None = None,
+    progress: Progress = None,
+) -> Snap:
+    """Follow a rod from the moment it lets go to where it comes to rest.
+
+    The pressure is held.  Without ``flaw`` and ``start`` the motion begins just off the unfolded state, which
+    has one direction in which it grows: the snap along it is one orbit for a rod, a pressure and what
+    resists.  The time that it takes to leave is that of the nudge; those between events are the rod's.
+
+    Parameters
+    ----------
+    rod : Rod or Scene
+        A scene must be the paper's: a uniform pressure on a flat plate, under any vertical law.
+    pressure : float
+        p [Pa], below T0.
+    flaw : float, optional
+        Detached length [m] at the start, in the shape of the unfolded state; shorter than that state it
+        closes.  The bond along it heals if the rod lies down.
+    start : Equilibrium, optional
+        The state it is in before; one of another pressure is let go as it is.
+    mass : float
+        Per area [kg/m^2].
+    drag : float, optional
+        Force per area and speed [Pa s/m], the same in all directions.  It sets the time: without it times
+        are in c eta/T0, and a rod in SI units must not have a mass.  1 for a rod without units.
+    bond : {"reversible", "damage", "no_rebond"}
+        What a bond does on the way back.
+    law : str or CohesiveLaw
+        As in `length_given_pressure`.
+    until : {"arrest", "contact"} or float
+        When to stop: at rest, at the first touch of the tip, or at a time.
+    rod_length : float, optional
+        Of the whole rod [m]; long enough if not given.
+    progress : None, bool or callable
+        By default a bar on stderr after a second, if that is a terminal.
+
+    Returns
+    -------
+    Snap
+
+    Raises
+    ------
+    InvalidInput
+        If an argument cannot be meant: a negative drag, mass and drag both zero, another scene.
+    OutOfRange
+        From T0 on, where nothing attached is in equilibrium; and where the tip comes down on the plate and
+        the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
+    NoEquilibrium
+        If the pressure holds no unfolded state to begin with.
+    NotConverged
+        If the motion could not be carried on.
+
+    Examples
+    --------
+    >>> snapped = snap(Rod.from_ratio(0.3), 0.9)
+    >>> snapped.outcome, round(float(snapped.front[-1]), 5)
+    ('folded', 3.03684)
+    """
+    asked = _asked(rod, pressure, mass, drag, bond, law, rod_length)
+    posture, growth = _begun(asked, flaw, start)
+    limit = _until(until, asked)
+    with _telling(growth, limit, progress) as told:
+        coarse = track(asked.setting, posture, limit, resolution=0)
+        fine = track(asked.setting, posture, limit, resolution=1, told=told)
+    found = _in_units(asked, fine, growth, *_errors(coarse, fine))
+    if fine.outcome == "folded":
+        _require_folded(asked, fine)
+    if fine.outcome == "contact" and until != "contact":
+        units = Units.of(asked.rod)
+        raise OutOfRange(
+            f"the tip came down on the plate at t = {found.t[-1]:.6g} {found.time_unit}, with"
+            f" sbar = {found.front[-1]:.6g} {units.length}: what follows is not computed here.",
+            remedy='Ask until="contact" for the motion up to there.',
+            candidates=(found,),
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What was asked, and how it is posed for a run; ``unit`` is the unit of time."""
+
+    rod: Rod
+    law: str | CohesiveLaw
+    pressure: float
+    mass: float
+    drag: float | None
+    unit: float
+    setting: Setting
+
+
+def _asked(
+    subject: Rod | Scene,
+    pressure: float,
+    mass: float,
+    drag: float | None,
+    bond: str,
+    law: str | CohesiveLaw,
+    rod_length: float | None,
+) -> _Asked:
+    """Check what was asked and put it in units of eta, T0 and the time of the run."""
+    rod = subject.rod if isinstance(subject, Scene) else require_rod(subject)
+    if isinstance(subject, Scene):
+        if not subject.is_plain:
+            raise InvalidInput(
+                "motions are computed in the paper's scene only: a uniform pressure on a flat plate.",
+                remedy="Its growth rate is known in every scene: po.growth_rate(eq).",
+            )
+        law = plain_law(subject)
+    if bond not in BONDS:
+        raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
+    if bond != "reversible":
+        raise OutOfRange(
+            f"a bond with {bond!r} is not followed by this call.", remedy='Ask for bond="reversible".'
+        )
+    P = rod.pressure_ratio(pressure)
+    if P >= 1.0:
+        raise OutOfRange(
+            f"p/T0 = {P:.6g}: from T0 on the bond fails everywhere at once, and no front runs that is local.",
+            remedy="Ask for a pressure just below T0, from a flaw a little longer than the unfolded state.",
+        )
+    rho, c = resistance(rod, mass, drag)
+    scale = rod.eta / rod.adhesion_strength
+    unit = math.sqrt(rho * scale) if rho else c * scale
+    known = known_law(law) or COHESIVE
+    length = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length))
+    setting = Setting(
+        rod.ratio, known, P, 1.0 if rho else 0.0, c * scale / unit if rho else 1.0, bond, length
+    )
+    given = None if drag is None and not rod.dimensionless else c
+    return _Asked(rod, law, float(pressure), rho, given, unit, setting)
+
+
+def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tuple[Posture, float]:
+    """Return where the run begins, and the rate at which it leaves, nan if from no state."""
+    if flaw is not None and start is not None:
+        raise InvalidInput("a motion begins at a flaw or at a state, not at both.")
+    if start is not None:
+        if not isinstance(start, Equilibrium) or start.rod != asked.rod:
+            raise InvalidInput(f"start must be an Equilibrium of this rod, got {start!r:.60}.")
+        if start.pressure_ratio != asked.setting.pressure:
+            return stretched(start, start.length_ratio), math.nan
+        left = departure(asked.setting, start)
+        return left.posture, left.growth
+    unfolded = length_given_pressure(asked.rod, asked.pressure, law=asked.law)
+    if flaw is not None:
+        return stretched(unfolded, asked.rod.length_ratio(flaw)), math.nan
+    left = departure(asked.setting, unfolded)
+    return left.posture, left.growth
+
+
+def _until(until: str | float, asked: _Asked) -> Until:
+    if until in ("arrest", "contact"):
+        return Until(LONGEST, arrest=True)
+    if isinstance(until, str):
+        raise InvalidInput(f'until must be "arrest", "contact" or a time, got {until!r}.')
+    return Until(positive("until", until) / asked.unit, arrest=False)
+
+
+@contextmanager
+def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
+    """Tell how far a run is on the way to its likely end: the growth from a nudge, and as long again."""
+    likely = until.time if math.isnan(growth) else min(until.time, LIKELY / growth)
+    done = 0
+    with telling("part", PARTS, told) as step:
+
+        def reached(t: float) -> None:
+            nonlocal done
+            now = min(int(PARTS * t / likely), PARTS - 1)
+            if now > done:
+                step(now - done)
+                done = now
+
+        yield reached
+        step(PARTS - done)
+
+
+def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
+    """Return the largest difference of front and tip at one angle, and of times, between two runs.
+
+    Where a motion starts from a nudge its time is that of the first angle it passes: the nudge is arbitrary.
+    """
+    named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
+    pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
+    if coarse.outcome == fine.outcome != "not settled":
+        pairs.append((coarse.events[-1], fine.events[-1]))
+    if not pairs:
+        return math.nan, math.nan
+    places = [max(abs(a.front - b.front), abs(a.x - b.x), abs(a.y - b.y)) for a, b in pairs]
+    begins = pairs[0][0].t - pairs[0][1].t
+    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact"}]
+    return max(places), max(passed, default=math.nan)
+
+
+def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error: float) -> Snap:
+    """Return a run as a result in the units of its rod."""
+    rod, unit = asked.rod, asked.unit
+    eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
+
+    def event(e: Happening) -> Happening:
+        return Happening(e.kind, e.t * unit, e.front * eta, e.y * eta, e.x * eta, e.angle)
+
+    return Snap(
+        rod,
+        law=asked.setting.law.name,
+        bond=asked.setting.bond,
+        pressure=asked.pressure,
+        mass=asked.mass,
+        drag=asked.drag,
+        growth_rate=growth / unit,
+        t=run.t * unit,
+        front=run.front * eta,
+        tip=TipPath(run.tip.y * eta, run.tip.x * eta, run.tip.angle),
+        fraction=run.fraction,
+        x=run.x * eta,
+        y=run.y * eta,
+        theta=run.theta,
+        energy=Ledger(*(part * energy for part in run.energy)),
+        certificate=run.identity,
+        events=tuple(event(e) for e in run.events),
+        outcome=run.outcome,
+        error=error,
+        time_error=time_error * unit,
+    )
+
+
+def _require_folded(asked: _Asked, run: Track) -> None:
+    """Raise unless a rod at rest is the folded equilibrium that is known otherwise."""
+    known = length_given_pressure(
+        asked.rod, asked.pressure, law=asked.law, state="folded", near=asked.rod.length(float(run.front[-1]))
+    )
+    if abs(known.length_ratio - run.front[-1]) > APART:
+        raise NotConverged(
+            f"the rod came to rest at sbar/eta = {run.front[-1]:.8g}, where no equilibrium is: the nearest"
+            f" has {known.length_ratio:.8g}."
+        )

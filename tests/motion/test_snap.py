@@ -1,0 +1,232 @@
+"""A snap: one orbit whatever it starts from, its end, its energies, its units and what is refused.
+
+Modules: `snap`, `departure`, `layout`, `trajectory`.  The orbits come from another code, which collocates
+at Chebyshev points and follows front and height y0 too.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+
+#: Tip angle, time since the first of them, front, x and y of the tip, in eta and c eta/T0 or t_i.
+ORBITS = {
+    (0.3, 0.9, 0.0, 1.0): [
+        (-1.0, 0.0, 3.64493841, 0.85265751, 1.95962308),
+        (-1.5, 2.20762408, 3.51085988, 1.73551122, 2.43860484),
+        (-2.0, 4.02339985, 3.40604291, 2.67565186, 2.47614157),
+        (-2.5, 5.73059879, 3.29663851, 3.43680291, 2.09647879),
+        (-3.0, 7.586825, 3.17724219, 3.86872579, 1.44351957),
+    ],
+    (0.566, 0.4, 0.0, 1.0): [
+        (-1.5, 0.0, 3.8064007, 1.92528, 2.6927433),
+        (-2.0, 12.246966, 4.150443, 3.3942614, 3.0990769),
+        (-2.5, 22.971071, 4.2981435, 4.6948801, 2.7966493),
+    ],
+    (0.05, 0.97, 0.0, 1.0): [
+        (-1.0, 0.0, 3.36172798, 0.76793473, 1.77749137),
+        (-1.5, 15.32941867, 3.04275006, 1.44293371, 2.06108387),
+        (-2.0, 29.74198011, 2.87506174, 2.15794938, 2.04614225),
+        (-2.5, 53.06779418, 2.80196492, 2.82011553, 1.76838159),
+    ],
+    (0.3, 0.9, 1.0, 1.0): [
+        (-1.0, 0.0, 3.68455086, 0.86363725, 1.98361897),
+        (-1.5, 2.55770935, 3.58874396, 1.78508336, 2.5018286),
+        (-2.0, 4.50672685, 3.5285279, 2.80745185, 2.57916825),
+        (-2.5, 6.13763403, 3.46827857, 3.68199465, 2.21051038),
+        (-3.0, 7.52234746, 3.39782529, 4.221041, 1.52595603),
+    ],
+    (0.3, 0.9, 1.0, 0.0): [
+        (-1.0, 0.0, 3.8151137, 0.8942582, 2.0544671),
+        (-2.0, 2.0152705, 4.0137085, 3.2709016, 2.9676981),
+        (-3.0, 3.504862, 4.5067368, 6.0613145, 1.9093482),
+    ],
+}
+
+#: How well the other code knows them.
+KNOWN = {
+    (0.3, 0.9, 0.0, 1.0): 2e-8,
+    (0.566, 0.4, 0.0, 1.0): 2e-6,
+    (0.05, 0.97, 0.0, 1.0): 5e-8,
+    (0.3, 0.9, 1.0, 1.0): 2e-7,
+    (0.3, 0.9, 1.0, 0.0): 5e-7,
+}
+
+#: U and Phi at the angles of the first orbit, and K of the last.
+ENERGIES = {-1.0: (0.1999337, 2.0019795), -2.0: (0.8895982, 2.5015019), -3.0: (2.1407707, 2.0789158)}
+
+
+@pytest.fixture(scope="module")
+def overdamped() -> po.Snap:
+    return po.snap(po.Rod.from_ratio(0.3), 0.9)
+
+
+def passed(snapped: po.Snap) -> dict[float, tuple[float, float, float, float]]:
+    """When, and with which front and tip, an angle is passed first."""
+    events = [e for e in snapped.events if e.kind == "angle"][::-1]
+    return {round(e.angle, 6): (e.t, e.front, e.x, e.y) for e in events}
+
+
+@pytest.mark.parametrize(
+    "asked", [pytest.param(asked, marks=[pytest.mark.slow] if asked[0] == 0.05 else []) for asked in ORBITS]
+)
+def test_the_orbit_is_that_of_another_code(asked: tuple[float, ...]) -> None:
+    r, P, mass, drag = asked
+    snapped = po.snap(po.Rod.from_ratio(r), P, mass=mass, drag=drag, until="contact")
+    found, tol = passed(snapped), KNOWN[asked]
+    begin = found[ORBITS[asked][0][0]][0]
+    for angle, t, front, x, y in ORBITS[asked]:
+        ours = np.array(found[angle]) - (begin, 0.0, 0.0, 0.0)
+        assert ours == pytest.approx([t, front, x, y], abs=tol)
+    assert snapped.error < 1e-6
+    assert np.abs(snapped.certificate).max() < 1e-10
+    assert np.abs(snapped.energy.defect).max() < 1e-7
+
+
+def test_energies_are_those_of_another_code(overdamped: po.Snap) -> None:
+    for angle, (bending, separation) in ENERGIES.items():
+        i = int(np.argmin(np.abs(overdamped.tip.angle - angle)))
+        near = slice(i - 3, i + 4)
+        order = np.argsort(overdamped.tip.angle[near])
+        for values, expected in (
+            (overdamped.energy.bending, bending),
+            (overdamped.energy.separation, separation),
+        ):
+            polynomial = np.polynomial.Polynomial.fit(
+                overdamped.tip.angle[near][order] - angle, values[near][order], 6
+            )
+            assert polynomial(0.0) == pytest.approx(expected, abs=2e-6)
+
+
+def test_it_ends_in_the_folded_equilibrium_and_drag_takes_the_rest(overdamped: po.Snap) -> None:
+    rod = po.Rod.from_ratio(0.3)
+    fold = po.length_given_pressure(rod, 0.9, state="folded")
+    assert overdamped.outcome == "folded"
+    assert overdamped.front[-1] == pytest.approx(fold.length, abs=1e-7)
+    assert overdamped.tip.angle[-1] == pytest.approx(fold.tip_angle, abs=1e-6)
+    energy = overdamped.energy
+    assert energy.drag[-1] == pytest.approx(1.4607524, abs=2e-7)
+    rise = energy.bending + energy.separation
+    assert rise[-1] - rise[0] == pytest.approx(3.877584767, abs=5e-4)  # it starts 1e-4 rad off
+    assert energy.work[-1] - energy.drag[-1] == pytest.approx(rise[-1] - rise[0], abs=1e-7)
+    assert overdamped.growth_rate == pytest.approx(
+        po.growth_rate(po.length_given_pressure(rod, 0.9)), abs=1e-8
+    )
+
+
+@pytest.mark.parametrize("kind", ["flaw", "start"])
+def test_orbits_from_other_starts_agree(overdamped: po.Snap, kind: str) -> None:
+    rod = po.Rod.from_ratio(0.3)
+    unfolded = po.length_given_pressure(rod, 0.9)
+    other = (
+        po.snap(rod, 0.9, flaw=1.0005 * unfolded.length, until=60.0)
+        if kind == "flaw"
+        else po.snap(rod, 0.9, start=po.length_given_pressure(rod, 0.8998), until=60.0)
+    )
+    assert math.isnan(other.growth_rate)
+    first, second = passed(overdamped), passed(other)
+    for angle in (-1.5, -2.0, -2.5, -3.0):
+        ours = np.array(first[angle]) - (first[-1.0][0], 0.0, 0.0, 0.0)
+        theirs = np.array(second[angle]) - (second[-1.0][0], 0.0, 0.0, 0.0)
+        assert ours == pytest.approx(theirs, abs=3e-8)
+
+
+def test_a_flaw_shorter_than_critical_closes() -> None:
+    rod = po.Rod.from_ratio(0.3)
+    snapped = po.snap(rod, 0.9, flaw=0.97 * po.length_given_pressure(rod, 0.9).length)
+    assert snapped.outcome == "closes"
+    assert snapped.front[-1] < 0.1 * snapped.front[0]
+    assert np.all(np.diff(snapped.tip.y) < 0.0)
+
+
+def test_where_the_tip_lands() -> None:
+    rod = po.Rod.from_ratio(0.3)
+    landed = po.snap(rod, 0.99, until="contact")
+    assert landed.outcome == "contact"
+    assert landed.tip.y[-1] == pytest.approx(0.0, abs=1e-9)
+    assert landed.tip.angle[-1] < -math.pi
+    assert landed.front.max() == pytest.approx(5.3, abs=0.05)  # on a fixed mesh
+    with pytest.raises(po.OutOfRange, match="tip came down") as raised:
+        po.snap(rod, 0.99)
+    assert raised.value.candidates[0].front[-1] == pytest.approx(landed.front[-1], rel=1e-12)
+
+
+def test_a_rod_of_its_own_length_runs_out() -> None:
+    rod = po.Rod.from_ratio(0.3)
+    snapped = po.snap(rod, 0.9, mass=1.0, drag=0.0, rod_length=4.2)
+    assert snapped.outcome == "end of rod"
+    assert snapped.front[-1] == pytest.approx(4.2, abs=1e-9)
+
+
+def test_units_are_those_of_the_rod() -> None:
+    rod = po.Rod(2.2867e-5, 140096.0, 0.728e-3)
+    alone = po.Rod.from_ratio(rod.ratio)
+    P, kg, c = 40e3 / 140096.0, 2.7, 2e4
+    scale = rod.eta / rod.adhesion_strength
+    heavy = po.snap(rod, 40e3, mass=kg, drag=c, until=0.02)
+    bare = po.snap(alone, P, mass=1.0, drag=c * math.sqrt(scale / kg), until=0.02 / math.sqrt(kg * scale))
+    assert heavy.time_unit == "s"
+    assert heavy.t[-1] == pytest.approx(0.02)
+    assert heavy.front[-1] == pytest.approx(rod.eta * bare.front[-1], rel=1e-8)
+    assert heavy.energy.work[-1] == pytest.approx(140096.0 * rod.eta**2 * bare.energy.work[-1], rel=1e-7)
+    assert heavy.drag_time == pytest.approx(c * scale)
+    assert heavy.inertial_time == pytest.approx(math.sqrt(kg * scale))
+    timeless = po.snap(rod, 40e3, until=100.0)
+    assert timeless.time_unit == "c eta/T0"
+    seconds = po.snap(rod, 40e3, drag=c, until=100.0 * c * scale)
+    assert seconds.front[-1] == pytest.approx(timeless.front[-1], rel=1e-9)
+
+
+def test_files_bring_it_back(overdamped: po.Snap, tmp_path: Path) -> None:
+    again = po.Snap.load(overdamped.save(tmp_path / "snap.npz"))
+    assert repr(again) == repr(overdamped)
+    assert again.events == overdamped.events
+    for name in ("t", "front", "theta", "certificate"):
+        assert np.array_equal(getattr(again, name), getattr(overdamped, name))
+    assert np.array_equal(again.energy.work, overdamped.energy.work)
+    assert "front [eta]" in overdamped.csv_text()
+
+
+def test_shapes_between_steps(overdamped: po.Snap) -> None:
+    i = len(overdamped) // 2
+    pose = overdamped.shape(overdamped.t[i])
+    assert pose.y == pytest.approx(overdamped.y[i], abs=1e-12)
+    middle = overdamped.shape(0.5 * (overdamped.t[i] + overdamped.t[i + 1]))
+    lengths = np.hypot(np.diff(middle.x), np.diff(middle.y)).sum()
+    assert lengths == pytest.approx(middle.s[-1], rel=1e-4)  # it does not stretch
+    with pytest.raises(po.InvalidInput, match="outside the motion"):
+        overdamped.shape(1e9)
+    with pytest.raises(po.InvalidInput, match="nothing of the kind"):
+        overdamped.event("contact")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "says"),
+    [
+        ({"pressure": 1.0}, po.OutOfRange, "fails everywhere"),
+        ({"pressure": 0.5}, po.NoEquilibrium, "nearest"),
+        ({"drag": -1.0}, po.InvalidInput, "drag"),
+        ({"drag": 0.0}, po.InvalidInput, "infinitely fast"),
+        ({"mass": -1.0}, po.InvalidInput, "mass"),
+        ({"bond": "glue"}, po.InvalidInput, "unknown bond"),
+        ({"until": "soon"}, po.InvalidInput, "until"),
+        ({"flaw": 4.0, "start": 1}, po.InvalidInput, "not at both"),
+        ({"start": 1}, po.InvalidInput, "Equilibrium"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(wrong: dict, kind: type[Exception], says: str) -> None:
+    with pytest.raises(kind, match=says):
+        po.snap(po.Rod.from_ratio(0.3), **{"pressure": 0.9, **wrong})
+
+
+def test_a_scene_that_is_the_papers_is_its_rod_and_another_is_refused() -> None:
+    rod = po.Rod.from_ratio(0.3)
+    plain = po.snap(po.Scene(rod), 0.9, until=5.0)
+    assert plain.front[-1] == po.snap(rod, 0.9, until=5.0).front[-1]
+    with pytest.raises(po.InvalidInput, match="paper's scene"):
+        po.snap(po.Scene(rod, [po.Weight(0.05)]), 0.9)
