@@ -233,7 +233,7 @@ def share_of(
     here, there, s = values[rows, at], values[rows, at + 1], shares()
     apart = np.where(met, there - here, 1.0)
     share = np.where(met, s[at] + (sought - here) / apart * (s[at + 1] - s[at]), np.nan)
-    for end in (-1, 0):
+    for end in () if met.all() else (-1, 0):
         near = ~met & (np.abs(sought - values[:, end]) <= beyond * (1.0 + np.abs(values[:, end])))
         share[near], met = s[end], met | near
     return share

@@ -226,7 +226,8 @@ def answers(
     sides = [np.cbrt(columns[first]) if first == "beta0" else columns[first], columns[second]]
     question = Many(
         asks=KINDS[given],
-        given=np.stack([side.ravel() for side in sides], axis=1),
+        held=sides[0].ravel(),
+        number=sides[1].ravel(),
         law=known_law(named),
         state=known_state(state),
     )

@@ -14,9 +14,10 @@ import numpy as np
 
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE
+from ..model.labels import UNFOLDED
 from ..residual.batch import Solved, solve
 from ..residual.stack import TAIL, gradient
-from .unfolded import Many, Start, Traits, labels, on_charts, starts, strayed
+from .unfolded import Many, Start, Traits, labelled, on_charts, starts, strayed, unbent
 
 #: States that go through the machine together: their matrices stay in the cache.
 CHUNK = 128
@@ -48,12 +49,13 @@ class FoundTogether:
 @one_thread
 def find(question: Many, tol: float) -> FoundTogether:
     """Answer those questions of many that can be answered together, to a tolerance."""
-    count = len(question.given)
+    count = len(question.held)
     found = FoundTogether(
         np.zeros(count, bool), {name: np.full(count, math.nan) for name in NUMBERS}, np.full(count, "", "U8")
     )
     rows = np.flatnonzero(question.taken())
-    for names, alike in on_charts(question.of(rows)):
+    for names, have_them in on_charts(question.of(rows)):
+        alike = np.flatnonzero(have_them)
         for begin in range(0, len(alike), CHUNK):
             here = rows[alike[begin : begin + CHUNK]]
             for start in starts(question.of(here), names):
@@ -65,15 +67,16 @@ def find(question: Many, tol: float) -> FoundTogether:
 def _answer(question: Many, start: Start, tol: float, found: FoundTogether) -> None:
     """Solve questions of one layout, and write down those that are certified."""
     law, read = COHESIVE if question.law is None else question.law, question.asks.asked.read
+    given = question.given
     for _ in range(REFINEMENTS + 1):
-        solved = solve(start.stack, question.kinds, question.given[start.rows], start.x)
-        kept = np.flatnonzero(solved.converged & ~strayed(solved.x[:, TAIL], start.x))
+        solved = solve(start.stack, question.kinds, given[start.rows], start.x)
+        kept = np.flatnonzero(solved.converged & ~strayed(solved.x[:, TAIL], start.x[:, TAIL]))
         solved, start = solved.of(kept), start.of(kept)
         if not kept.size:
             return
-        named = labels(question, _traits(solved), start.sure)
-        kept = np.flatnonzero(named != "")
-        solved, start, named = solved.of(kept), start.of(kept), named[kept]
+        belongs, lower = labelled(question, _traits(solved), start.sure)
+        kept = np.flatnonzero(belongs)
+        solved, start, named = solved.of(kept), start.of(kept), np.where(lower, *UNFOLDED[::-1])[kept]
         if not kept.size:
             return
         errors, certificates = solved.errors(read), solved.certificates(law)
@@ -94,5 +97,6 @@ def _answer(question: Many, start: Start, tol: float, found: FoundTogether) -> N
 
 def _traits(solved: Solved) -> Traits:
     Theta, K, height = solved.shapes
-    share = solved.x[:, solved.stack.nodes : solved.stack.shape]
-    return Traits(Theta, K, height, share, solved.x[:, TAIL], solved.response)
+    by_held, by_number = np.moveaxis(solved.response, 2, 0)
+    free = solved.stack.shares(solved.x) if solved.stack.free else None
+    return Traits(unbent(Theta, K), height, free, solved.scalars, by_held.T, by_number.T)

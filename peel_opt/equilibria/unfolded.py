@@ -9,9 +9,10 @@ that fails any of this is none that is meant, and is left to the walk along the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ..base.threads import one_thread
 from ..continuation.seeds import BEYOND, LEAVES, Rods, charts, share_of
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
-from ..model.groups import PI4
+from ..model.groups import PI4, over
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.discretisation import Profile
@@ -48,28 +49,36 @@ NOISE = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class Many:
-    """One question of many states.
+    """One question of many states, or of one: its numbers are arrays, or floats.
 
     Parameters
     ----------
     asks : Asks
-    given : ndarray, shape (states, 2)
+    held, number : float or ndarray, shape (states,)
+        What is given besides, eta/y0 or beta0^(1/3), and the given number.
     law : CohesiveLaw or None
         None for "auto".
     state : str or None
     """
 
     asks: Asks
-    given: np.ndarray
+    held: Any
+    number: Any
     law: CohesiveLaw | None
     state: str | None
 
     @property
-    def ratio(self) -> np.ndarray:
+    def given(self) -> np.ndarray:
+        """Both numbers, shape (states, 2)."""
+        return np.stack([self.held, self.number], axis=-1)
+
+    @cached_property
+    def ratio(self) -> Any:
         """eta/y0; not a number, or infinite, where there is none."""
-        first, second = self.given.T
+        if self.asks.held is RATIO:
+            return self.held
         with np.errstate(all="ignore"):
-            return first if self.asks.held is RATIO else (PI4 + second) / first**4
+            return over(PI4 + self.number, self.held**4, math.inf)
 
     @property
     def kinds(self) -> tuple[str, str]:
@@ -82,41 +91,37 @@ class Many:
         return self.law is not None and self.law.is_linear
 
     @property
-    def sigma(self) -> np.ndarray:
+    def sigma(self) -> Any:
         """sbar/eta, where it is given."""
-        return self.given[:, 1 if self.asks.given is LENGTH else 0]
+        return self.number if self.asks.given is LENGTH else self.held
 
-    def taken(self) -> np.ndarray:
-        """Which of the questions the batch may take on."""
-        law = COHESIVE if self.law is None else self.law
+    def taken(self) -> Any:
+        """Which of the questions are about states that seeds lead to."""
+        law, ratio = COHESIVE if self.law is None else self.law, self.ratio
         if not law.falls_straight or self.state not in (None, "unfolded", *UNFOLDED):
-            return np.zeros(len(self.given), bool)
-        ratio = self.ratio
+            return np.zeros(np.shape(ratio), bool)
         with np.errstate(invalid="ignore"):
-            fine: np.ndarray = (
-                np.isfinite(self.given).all(axis=1) & (ratio >= RATIOS[0]) & (ratio <= RATIOS[1])
-            )
-            fine &= np.abs(ratio - CUSP) > NEAR_CUSP
+            fine = (ratio >= RATIOS[0]) & (ratio <= RATIOS[1]) & (abs(ratio - CUSP) > NEAR_CUSP)
             if self.asks.given is PRESSURE:
-                P = self.given[:, 1]
+                P = self.number
                 return fine & (P > 0.0) & (P < 1.0) & ((not law.is_linear) | (ratio < LEAVES) | (P >= 0.5))
-            return fine & (self.sigma > 0.0) & ((ratio < CUSP) | (ratio > ONE_FOLD))
+            fine = fine & (self.sigma > 0.0) & (self.sigma < math.inf)
+            return fine & ((ratio < CUSP) | (ratio > ONE_FOLD))
 
     def of(self, rows: np.ndarray) -> Many:
         """Some of the questions."""
-        return Many(self.asks, self.given[rows], self.law, self.state)
+        return Many(self.asks, self.held[rows], self.number[rows], self.law, self.state)
 
 
-def on_charts(question: Many) -> Iterator[tuple[tuple[str, ...], np.ndarray]]:
-    """Yield which questions have their states on which charts of seeds."""
-    whole = question.ratio < LEAVES
-    yield ("whole",), np.flatnonzero(whole)
+def on_charts(question: Many) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield the charts of seeds on which questions have their states, and whether or which of them have."""
+    ratio, P = question.ratio, question.number
+    yield ("whole",), ratio < LEAVES
     if "pressure" in question.kinds:
-        within = question.given[:, 1] >= 0.5  # the height of the tip is known: p y = Phi(y)
-        yield ("within",), np.flatnonzero(~whole & within)
-        yield ("beyond",), np.flatnonzero(~whole & ~within)
+        yield ("within",), (ratio >= LEAVES) & (P >= 0.5)  # the height of the tip is known: p y = Phi(y)
+        yield ("beyond",), (ratio >= LEAVES) & (P < 0.5)
     else:
-        yield ("within",) if question.is_linear else ("within", "beyond"), np.flatnonzero(~whole)
+        yield ("within",) if question.is_linear else ("within", "beyond"), ratio >= LEAVES
 
 
 class Start(NamedTuple):
@@ -144,13 +149,14 @@ class Start(NamedTuple):
 
 def starts(question: Many, names: tuple[str, ...]) -> Iterator[Start]:
     """Yield the starts of questions that have their states on these charts."""
-    on = {name: charts()[name].rods(question.ratio) for name in names}
+    ratio = np.atleast_1d(question.ratio)
+    on = {name: charts()[name].rods(ratio) for name in names}
     return _at_pressure(question, *on.items()) if "pressure" in question.kinds else _at_length(question, on)
 
 
 def _at_pressure(question: Many, chart: tuple[str, Rods]) -> Iterator[Start]:
     name, rods = chart
-    P = question.given[:, 1]
+    P = np.atleast_1d(question.number)
     share = share_of(rods.along[0], np.log(P) if name == "beyond" else 1.0 - P)
     mine = np.flatnonzero(np.isfinite(share))
     if mine.size:
@@ -160,7 +166,7 @@ def _at_pressure(question: Many, chart: tuple[str, Rods]) -> Iterator[Start]:
 def _at_length(question: Many, on: dict[str, Rods]) -> Iterator[Start]:
     """The state of lowest pressure: the last on the way, the first if it is to be a middle one."""
     lengths = {name: rods.along[1] for name, rods in on.items()}
-    sought = np.log(question.sigma)
+    sought = np.log(np.atleast_1d(question.sigma))
     last = question.state != "middle"
     left = np.ones(len(sought), bool)
     least = list(lengths.values())[-1][:, -1]
@@ -176,73 +182,74 @@ def _at_length(question: Many, on: dict[str, Rods]) -> Iterator[Start]:
             yield Start(mine, rods.chart.stack, rods.starts(share[mine]), sure)
 
 
-@dataclass(frozen=True, eq=False)
-class Traits:
-    """What tells a state by itself.
+class Traits(NamedTuple):
+    """What tells states, or one state, by themselves; arrays of shape (states,), or single numbers.
 
     Parameters
     ----------
-    Theta, K : ndarray, shape (states, points)
-        Anywhere on the rod.
-    height : ndarray, shape (states,)
+    unbent : bool
+        Whether the rod nowhere bends back.
+    height : float
         u = y/y0 of the tip.
-    share : ndarray, shape (states, 0 or 1)
-        Of the length that is a free arc, if there is to be one.
-    tail : ndarray, shape (states, 4)
-        The scalars.
-    along : ndarray, shape (states, 4, 2)
-        Their derivatives by the given numbers.
+    free : float or None
+        Share of the length that is a free arc; None where there is to be none.
+    scalars : Scalars
+    by_held, by_number : sequence of float
+        Derivatives of the four scalars by what is given besides, and by the given number.
     """
 
-    Theta: np.ndarray
-    K: np.ndarray
-    height: np.ndarray
-    share: np.ndarray
-    tail: np.ndarray
-    along: np.ndarray
+    unbent: Any
+    height: Any
+    free: Any
+    scalars: Scalars
+    by_held: Sequence[Any]
+    by_number: Sequence[Any]
 
 
-def strayed(tail: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Whether the scalars of states, shape (states, 4), are far from those of their starts."""
-    begun = start[:, TAIL]
-    far: np.ndarray = (np.abs(tail - begun) > STRAYED * (1.0 + np.abs(begun))).any(axis=1)
-    return far
+def unbent(Theta: np.ndarray, K: np.ndarray) -> Any:
+    """Whether rods nowhere bend back; Theta and Theta' at any points of each, along the last axis."""
+    straight = NOISE * np.abs(K).max(axis=-1)
+    return (Theta.max(axis=-1) <= NOISE) & (K.min(axis=-1) >= -straight)
 
 
-def labels(question: Many, seen: Traits, sure: np.ndarray) -> np.ndarray:
-    """Name each state by what it is; leave empty what is not surely the unfolded one that is meant.
+def strayed(tail: np.ndarray, start: np.ndarray) -> Any:
+    """Whether the scalars of states, shape (..., 4), are far from those of their starts."""
+    return (np.abs(tail - start) > STRAYED * (1.0 + np.abs(start))).any(axis=-1)
+
+
+def labelled(question: Many, seen: Traits, sure: Any) -> tuple[Any, Any]:
+    """Whether a state is surely the unfolded one that is meant, and whether it is "lower" and not "middle".
 
     Parameters
     ----------
     question : Many
     seen : Traits
-    sure : ndarray of bool
+    sure : bool or ndarray of bool, shape (states,)
         As in `Start`.
     """
-    s = Scalars(*seen.tail.T)
-    bound = NOISE * np.abs(seen.K).max(axis=1)
-    belongs = (seen.Theta.max(axis=1) <= NOISE) & (seen.K.min(axis=1) >= -bound)
-    belongs &= (s.A > 0.0) & (np.abs(s.A) < math.pi)
-    if seen.share.shape[1]:
-        belongs &= (seen.height >= 1.0) & ((seen.share > 0.0) & (seen.share < 1.0)).all(axis=1)
+    s = seen.scalars
+    belongs = seen.unbent & (s.A > 0.0) & (math.pi > s.A)
+    if seen.free is None:
+        belongs = belongs & (seen.height <= 1.0)
     else:
-        belongs &= seen.height <= 1.0
-    ratio, change = s.ratio, seen.along[:, :, 1]
+        belongs = belongs & (seen.height >= 1.0) & (seen.free > 0.0) & (seen.free < 1.0)
+    ratio, change = s.ratio, seen.by_number
     if question.asks.held is not RATIO:  # along the branch of the rod, sigma and lambda both change
-        change = seen.along[:, :, 0] + change * (4.0 * ratio * s.sigma**3)[:, None]
-    dA, dm, dsigma, _ = change.T
-    turned = np.sign(dA)
-    belongs &= turned * ((dm * s.A + s.m * dA) * s.sigma - 3.0 * s.alpha1 * dsigma) < 0.0  # P falls
+        share = 4.0 * ratio * s.sigma**3
+        change = [a + b * share for a, b in zip(seen.by_held, change, strict=True)]
+    dA, dm, dsigma, _ = change
+    turned = 1.0 * (dA > 0.0) - 1.0 * (dA < 0.0)
+    falls = turned * ((dm * s.A + s.m * dA) * s.sigma - 3.0 * s.alpha1 * dsigma) < 0.0  # P does
+    belongs = belongs & falls
     lower = (turned * dsigma > 0.0) | ((ratio > CUSP) & (s.pressure_ratio < CUSP_PRESSURE))
-    named = np.where(lower, "lower", "middle")
     if "length" in question.kinds and question.state != "middle":
         # Of a lower state there is only one, which is that of lowest pressure.
-        belongs &= lower | (ratio < CUSP) | sure
+        belongs = belongs & (lower | (ratio < CUSP) | sure)
         if question.is_linear:
-            belongs &= lower | (ratio < LEAVES)
+            belongs = belongs & (lower | (ratio < LEAVES))
     if question.state in UNFOLDED:
-        belongs &= named == question.state
-    return np.where(belongs, named, "")
+        belongs = belongs & (lower == (question.state == "lower"))
+    return belongs, lower
 
 
 @dataclass(frozen=True)
@@ -265,28 +272,30 @@ def seeded(question: Question) -> tuple[Seeded, float, int] | None:
     It takes no walk, and says nothing of other states.  Whether it finds the state does not depend on what
     was asked before.
     """
-    given = np.array([[closure.value for closure in question.given]])
-    many = Many(question.asks, given, question.law, question.state)
-    if question.near is not None or not many.taken()[0]:
+    held, number = question.given
+    one = Many(question.asks, held.value, number.value, question.law, question.state)
+    if question.near is not None or not one.taken():
         return None
-    for names, rows in on_charts(many):
-        if not rows.size:
-            continue
-        for start in starts(many, names):
-            problem = PATH.discretise(start.stack.phases)
-            found = correct(problem, start.stack.spread(start.x)[0], question.given, chord=NEARBY)
-            if not found.converged or strayed(found.x[None, TAIL], start.x)[0]:
-                return None
-            solution = SolvedState(problem, found, question.given)
-            fields = solution.profile.values
-            seen = Traits(
-                Theta=fields[:, :, 0].reshape(1, -1),
-                K=fields[:, :, 1].reshape(1, -1),
-                height=solution.profile.heights()[:1, 0],
-                share=problem.lengths(found.x)[None, :-1],
-                tail=found.x[None, TAIL],
-                along=solution.linearised.response()[None, TAIL],
-            )
-            label = labels(many, seen, start.sure)[0]
-            return (Seeded(solution, str(label)), math.inf, 0) if label else None
+    names = next(names for names, has_it in on_charts(one) if has_it)
+    for start in starts(one, names):
+        problem = PATH.discretise(start.stack.phases)
+        found = correct(problem, start.stack.spread(start.x)[0], question.given, chord=NEARBY)
+        if not found.converged or strayed(found.x[TAIL], start.x[0, TAIL]):
+            return None
+        solution = SolvedState(problem, found, question.given)
+        belongs, lower = labelled(one, _traits(solution), bool(start.sure[0]))
+        return (Seeded(solution, "lower" if lower else "middle"), math.inf, 0) if belongs else None
     return None
+
+
+def _traits(solution: SolvedState) -> Traits:
+    profile, along = solution.profile, solution.linearised.response()[TAIL].T.tolist()
+    Theta, K, *_ = profile.values.reshape(-1, profile.values.shape[-1]).T
+    return Traits(
+        unbent=bool(unbent(Theta, K)),
+        height=profile.scalars.height(float(profile.values[0, 0, 4])),
+        free=float(profile.lengths[0]) if len(profile.lengths) > 1 else None,
+        scalars=profile.scalars,
+        by_held=along[0],
+        by_number=along[1],
+    )

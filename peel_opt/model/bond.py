@@ -76,7 +76,7 @@ class Piece:
 
         return self.is_first and (isinstance(self.drop, Affine) or is_smooth(self.drop))
 
-    @property
+    @cached_property
     def lets_go(self) -> bool:
         """Whether there is no traction on it."""
         return self.drop == Affine(1.0, 0.0)
@@ -270,13 +270,13 @@ class CohesiveLaw:
         low = 0.5 * high if high > 1.0 else 1e-300
         return float(brentq(excess, low, high, xtol=1e-300, rtol=1e-14))
 
-    @property
+    @cached_property
     def is_affine(self) -> bool:
         """Whether tau = 1 - c u at every height: the one law that beta0 = 0 leaves something of."""
         drop = self.pieces[0].drop
         return len(self.pieces) == 1 and isinstance(drop, Affine) and drop.offset == 0.0
 
-    @property
+    @cached_property
     def falls_straight(self) -> bool:
         """Whether tau = 1 - u as long as it pulls, as the paper's laws: the linear law, and law (8).
 
@@ -287,7 +287,7 @@ class CohesiveLaw:
         cut = self.kinks == (1.0,) and drops[1:] == (Affine(1.0, 0.0),)
         return drops[0] == Affine(0.0, 1.0) and (cut or not self.kinks)
 
-    @property
+    @cached_property
     def is_linear(self) -> bool:
         """Whether tau = 1 - u at every height, so that it pushes beyond y0."""
         return self.falls_straight and not self.kinks

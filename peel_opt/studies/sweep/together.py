@@ -29,12 +29,12 @@ def answered_together(task: Task, numbers: tuple[str, ...], texts: tuple[str, ..
     is_rod = asks.held is RATIO
     if is_rod:
         ratio, units = _rods(points, task)
-        given = [ratio, points[name] / units[name] if name == asks.given.name else points[name]]
+        held, number = ratio, points[name] / units[name] if name == asks.given.name else points[name]
     else:
-        given = [np.cbrt(points["beta0"]), points[name] - PI4 if name == "beta1" else points[name]]
+        held, number = np.cbrt(points["beta0"]), points[name] - PI4 if name == "beta1" else points[name]
     law = known_law(options.law or ("auto" if is_rod else "linear"))
-    question = Many(asks, np.stack(given, axis=1), law, options.state)
-    found = found_together(question, float(options.tol), {asks.given.attribute: question.given[:, 1]})
+    question = Many(asks, held, number, law, options.state)
+    found = found_together(question, float(options.tol), {asks.given.attribute: question.number})
     columns = {own: found[theirs] for own in (*numbers, *texts) if (theirs := NAMES.get(own, own)) in found}
     columns["beta1"] = PI4 + found["lam"]
     if is_rod:
