@@ -264,21 +264,22 @@ def solve_question(
     NoEquilibrium, AmbiguousState, OutOfRange, NotConverged, NotCertified
         As `pressure_given_length`.
     """
-    return question.stamped(_certified(question, as_method(method), positive("tol", tol), search))
+    began, method, tol = time.perf_counter(), as_method(method), positive("tol", tol)
+    found, walked = _found(question, method, tol, search)
+    stats = replace(found.stats, path_points=walked, seconds=time.perf_counter() - began)
+    return replace(require_certified(question, found), stats=stats, **question.as_given)
 
 
-def _certified(question: Question, method: Method, tol: float, search: SelectionWalk) -> Equilibrium:
-    began = time.perf_counter()
+def _found(question: Question, method: Method, tol: float, search: SelectionWalk) -> tuple[Equilibrium, int]:
+    """Return the state that a question means, and how many points of its branch were followed."""
     if method.series and question.near is None and question.state != "folded":
-        summed = _summed(question, method, tol)
+        summed = None if question.leaves else _summed(question, method, tol)
         if summed is not None:
-            return replace(summed, stats=replace(summed.stats, seconds=time.perf_counter() - began))
+            return summed, 0
         if method.transcription is not None:
             method = replace(method, series=())
     chosen, spacing, walked = seeded(question) or select(question, search)
-    result = solve_from(chosen.solution, question, chosen.state, method, tol, spacing)
-    stats = replace(result.stats, path_points=walked, seconds=time.perf_counter() - began)
-    return require_certified(question, replace(result, stats=stats))
+    return solve_from(chosen.solution, question, chosen.state, method, tol, spacing), walked
 
 
 def solve_from(
@@ -316,8 +317,9 @@ def solve_from(
             f"{question.words}: {result.stats.method} left the {state} state it was started at.",
             remedy="Try method='spectral' or a finer mesh; near a fold, a given number further from it.",
         )
-    far = far_from(question.near, result.answer)
-    return replace(result, flags=result.flags + far)
+    if question.near is None:
+        return result
+    return replace(result, flags=result.flags + far_from(question.near, result.answer))
 
 
 def require_certified(question: Question, found: Equilibrium) -> Equilibrium:

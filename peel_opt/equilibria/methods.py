@@ -24,7 +24,7 @@ import numpy as np
 
 from ..base.errors import InvalidInput, NotConverged
 from ..base.threads import one_thread
-from ..model.bond import LINEAR
+from ..model.bond import LINEAR, CohesiveLaw
 from ..model.equations import Scalars
 from ..residual import programme
 from ..residual.accuracy import (
@@ -122,18 +122,23 @@ def as_method(method: str | Method | Transcription) -> Method:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A solution with the error of its answered number."""
+    """A solution with the error of its answered number, and what is known of it besides."""
 
     problem: Discretisation
     x: np.ndarray
     error: float
     stats: Stats
     sampled: Profile | None = None
+    missed: float | None = None
 
     @cached_property
     def profile(self) -> Profile:
         """The fields, sampled."""
         return self.problem.profile(self.x) if self.sampled is None else self.sampled
+
+    def certificate(self, law: CohesiveLaw) -> float:
+        """How far it misses the equation that it was not solved with."""
+        return certificate(law, self.profile, self.problem.phases[0]) if self.missed is None else self.missed
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +193,7 @@ def _climb(started: _Started, method: Method) -> Answer:
         return _climb(started, method.fallback)
 
     def missing(solved: Answer) -> float:
-        return max(solved.error, _certificate(started, solved.profile))
+        return max(solved.error, solved.certificate(started.posed.effective_law))
 
     if missing(first) <= started.tol:
         return first
@@ -197,10 +202,6 @@ def _climb(started: _Started, method: Method) -> Answer:
     except NotConverged:
         return first
     return min(first, second, key=missing)
-
-
-def _certificate(started: _Started, profile: Profile) -> float:
-    return certificate(started.posed.effective_law, profile, started.phases[0])
 
 
 def _summed(started: _Started, orders: tuple[int, ...]) -> Answer:
@@ -228,7 +229,7 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
     What rounding has ended is not refined more than once.
     """
     began = time.perf_counter()
-    read = started.posed.read
+    read, law = started.posed.read, started.posed.effective_law
     rungs = [_first_solve(started, method)]
     done: list[_Solved] = []
     looks, before, missed = 0, 0.0, math.inf
@@ -266,9 +267,9 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         if digits is not None:
             done, rungs, before, missed = done + rungs, [digits], 0.0, math.inf
             continue
+        missed, last = certificate(law, chosen.profile, started.phases[0]), missed
         if not method.adaptive or len(rungs) > MOST_REFINEMENTS:
             break
-        missed, last = _certificate(started, chosen.profile), missed
         exact = missed <= started.tol or missed > HARDLY * last
         ended = difference <= own.rounding and len(rungs) > 1
         if (error <= started.tol or ended) and exact:
@@ -284,7 +285,9 @@ def _on_meshes(started: _Started, method: Method) -> Answer:
         condition=own.condition,
     )
     problem, x = usual(chosen.problem, chosen.correction.x)
-    return Answer(problem, x, error, stats, chosen.profile if problem is chosen.problem else None)
+    if problem is not chosen.problem:
+        return Answer(problem, x, error, stats)
+    return Answer(problem, x, error, stats, chosen.profile, missed)
 
 
 def _with_low_pressure(started: _Started, solved: _Solved) -> _Solved | None:
@@ -444,7 +447,7 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
         "tip on plate": on_plate(profile, noise),
         "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
     }
-    missed = certificate(effective, profile, problem.phases[0])
+    missed = solved.certificate(effective)
     certified = solved.error <= tol and missed <= tol
     return Equilibrium(
         rod=posed.rod,

@@ -138,10 +138,11 @@ def about_a_rod(given: str) -> Asks:
     InvalidInput
         If that is no question.
     """
-    known = rod_questions()
-    if given not in known:
-        raise InvalidInput(f"{given!r} given of a rod is no question.", remedy=f"Give {' or '.join(known)}.")
-    return known[given]
+    asks = ASKS.get(given)
+    if asks is None or asks.held is not RATIO:
+        known = " or ".join(rod_questions())
+        raise InvalidInput(f"{given!r} given of a rod is no question.", remedy=f"Give {known}.")
+    return asks
 
 
 def answering(attribute: str, given: Container[str] = ()) -> Asks:
@@ -218,10 +219,10 @@ class Question:
         asks, rod = about_a_rod(given), require_rod(rod, RATIOS)
         ratio = asks.given.to_ratio(rod, value)
         exact = {given: finite(given, value, asks.given.unit_of(rod)), asks.given.attribute: ratio}
-        posed = cls.at(rod, known_law(law), given, ratio)
-        label = known_state(state)
+        closures = (Closure("ratio", rod.ratio), Closure(asks.given.kind, ratio))
+        label = state if state is None else known_state(state)
         sought = _sought(near, asks.asked, lambda wanted: asks.asked.to_ratio(rod, wanted))
-        return replace(posed, state=label, near=sought, exact=exact)
+        return cls(asks, closures, rod, known_law(law), label, sought, exact)
 
     @classmethod
     def of_groups(
@@ -250,7 +251,8 @@ class Question:
         exact = {"beta0": held, "lam": shift}
         if beta1 is not None:
             exact["beta1"] = finite("beta1", beta1)
-        label, sought = known_state(state), _sought(near, ALPHA1, lambda wanted: finite("near", wanted))
+        label = state if state is None else known_state(state)
+        sought = _sought(near, ALPHA1, lambda wanted: finite("near", wanted))
         return replace(posed, state=label, near=sought, exact=exact)
 
     # --- what it says -------------------------------------------------------------------
@@ -320,13 +322,24 @@ class Question:
             return self.near is not None or label in UNFOLDED
         return fits(label, self.state)
 
+    @property
+    def as_given(self) -> dict[str, Any]:
+        """Fields of an answer that repeat what was given, unchanged to the last bit."""
+        if self.rod is not None:
+            return {"given": self.exact}
+        groups = dict(self.exact)
+        return {"beta0": groups.pop("beta0"), "lam": groups.pop("lam"), "given": groups}
+
     def stamped(self, eq: Equilibrium) -> Equilibrium:
         """Return an answer with the numbers that were given unchanged to the last bit."""
-        if self.rod is not None:
-            return replace(eq, given=self.exact)
-        groups = dict(self.exact)
-        beta0, lam = groups.pop("beta0"), groups.pop("lam")
-        return replace(eq, beta0=beta0, lam=lam, given=groups)
+        return replace(eq, **self.as_given)
+
+    @property
+    def leaves(self) -> bool:
+        """Whether what is given says that the tip has left the first piece of one of the paper's laws."""
+        given = self.given[1]
+        off = given.kind == "pressure" and not 0.5 <= given.value <= 1.0
+        return off and not self.effective_law.is_linear
 
 
 def _sought(
@@ -337,17 +350,20 @@ def _sought(
     return float(getattr(near, asked.attribute)) if isinstance(near, Equilibrium) else scale(near)
 
 
+#: Laws by the names that callers have for them; "auto" is law (8).
+LAWS: dict[str, CohesiveLaw | None] = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
+
+
 def known_law(law: str | CohesiveLaw) -> CohesiveLaw | None:
     """Return the law a caller named or made; None for "auto"."""
-    named: dict[object, CohesiveLaw | None] = {"auto": None, "linear": LINEAR, "cohesive": COHESIVE}
     if isinstance(law, CohesiveLaw):
         return law
-    if not isinstance(law, str) or law not in named:
+    if not isinstance(law, str) or law not in LAWS:
         raise InvalidInput(
             f"unknown law {law!r}.",
-            remedy=f"Choose one of {', '.join(map(str, named))} or pass a CohesiveLaw.",
+            remedy=f"Choose one of {', '.join(LAWS)} or pass a CohesiveLaw.",
         )
-    return named[law]
+    return LAWS[law]
 
 
 def known_lambda(lam: float | None, beta1: float | None) -> float:

@@ -114,7 +114,7 @@ def defect(problem: SpectralDiscretisation, x: np.ndarray) -> np.ndarray:
     ndarray, shape (n - 2,) or (k, n - 2)
         The two closures of a question are left out: they hold on every mesh.
     """
-    finer = problem.settings.refined().discretise(problem.phases)
+    finer = problem.finer
     there = problem.prolonged(x, finer)
     return problem.restricted(finer.residual(there) if x.ndim == 1 else finer.residuals(there), finer)
 

@@ -119,6 +119,11 @@ class SpectralDiscretisation(Discretisation):
         """Return a solution as the same problem `with_form` has it."""
         return np.append(x[: self.tail.start], other.form.as_unknowns(self.scalars(x)))
 
+    @cached_property
+    def finer(self) -> SpectralDiscretisation:
+        """The same phases on the next finer mesh."""
+        return self.settings.refined().discretise(self.phases)
+
     @property
     def weight(self) -> int:
         """Its matrices are dense."""
