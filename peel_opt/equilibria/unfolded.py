@@ -24,7 +24,7 @@ from ..model.groups import PI4, over
 from ..model.labels import UNFOLDED
 from ..model.rod import RATIOS
 from ..residual.discretisation import Profile
-from ..residual.meshes import PATH
+from ..residual.meshes import SEEDED
 from ..residual.newton import SolvedState, correct
 from ..residual.stack import TAIL, Stack
 from .question import LENGTH, PRESSURE, RATIO, Asks, Question
@@ -278,8 +278,8 @@ def seeded(question: Question) -> tuple[Seeded, float, int] | None:
         return None
     names = next(names for names, has_it in on_charts(one) if has_it)
     for start in starts(one, names):
-        problem = PATH.discretise(start.stack.phases)
-        found = correct(problem, start.stack.spread(start.x)[0], question.given, chord=NEARBY)
+        problem = SEEDED.discretise(start.stack.phases)
+        found = correct(problem, start.x[0], question.given, chord=NEARBY)
         if not found.converged or strayed(found.x[TAIL], start.x[0, TAIL]):
             return None
         solution = SolvedState(problem, found, question.given)

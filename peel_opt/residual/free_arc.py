@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from ..base.quadrature import Grid
-from ..model.equations import Scalars
+from ..model.equations import Scalars, symbolic
 
 #: Longest arc, in (k/p)^(1/3): it has turned by 4.2, and no rod's tip turns so far before it is back at y0.
 LONGEST = 4.6
@@ -76,6 +77,60 @@ def curve(c: np.ndarray, longest: float = LONGEST) -> FreeCurve:
     return FreeCurve(cube * F, c * G, c * cube * H)
 
 
+def turned(place: FreeCurve, A: Any, stretch: Any, sine: Any, cosine: Any) -> tuple[Any, Any, Any, Any]:
+    """Theta, K, rise above the tip and n_y at a place on the curve of a rod.
+
+    Parameters
+    ----------
+    place : FreeCurve
+    A : float, array or expression
+        Minus the tip angle; ``sine`` and ``cosine`` are its own.
+    stretch : float, array or expression
+        Detached length in (k/p)^(1/3).
+    sine, cosine : float, array or expression
+    """
+    phi, X, Y = place
+    return (
+        phi / A - 1.0,
+        stretch * (0.5 * (X * X + Y * Y)) / A,
+        (cosine * Y - sine * X) / (stretch * A),
+        stretch * stretch * (cosine * X + sine * Y) / A,
+    )
+
+
+@lru_cache(maxsize=16)
+def _along(zeta: tuple[float, ...]) -> np.ndarray:
+    """Matrix from the polynomials of c^3 to phi/(zeta c)^3, X/(zeta c) and Y/(zeta c)^4, one upon the other."""
+    places = 0.5 * (1.0 + np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES))
+    values = polynomials(np.multiply.outer(np.array(zeta) ** 3, places), NODES) @ _curve(LONGEST)
+    to_series = 2.0 / NODES * polynomials(places, NODES).T
+    to_series[0] *= 0.5
+    return np.concatenate([part @ to_series.T for part in np.moveaxis(values, 2, 0)])
+
+
+def curve_expression(zeta: np.ndarray, end: ca.MX) -> FreeCurve:
+    """The curve at shares ``zeta`` of an arc that ends at the distance ``end``, as CasADi expressions."""
+    angle = ca.acos(2.0 * end**3 / LONGEST**3 - 1.0)
+    values = ca.mtimes(_along(tuple(zeta.tolist())), ca.cos(angle * np.arange(NODES)))
+    F, G, H = ca.vertsplit(values, len(zeta))
+    c = end * zeta
+    return FreeCurve(c**3 * F, c * G, c**4 * H)
+
+
+@lru_cache(maxsize=2)
+def end_function(form: type[Scalars]) -> ca.Function:
+    """Return (place on the curve, share, scalars) -> `turned` there and its gradient by share and scalars."""
+    place, share, (s, scalars) = ca.SX.sym("place", 3), ca.SX.sym("share"), symbolic(form)
+    phi, X, Y = ca.vertsplit(place)
+    stretch = scalars.alpha ** (1.0 / 3.0)
+    A = scalars.A
+    values = ca.vertcat(*turned(FreeCurve(phi, X, Y), A, stretch, ca.sin(A), ca.cos(A)))
+    unknown = ca.vertcat(share, s)
+    along = ca.vertcat(0.5 * (X * X + Y * Y), ca.cos(phi), ca.sin(phi))  # of the curve, by the distance
+    moved = ca.mtimes(ca.jacobian(values, place), ca.mtimes(along, ca.jacobian(share * stretch, unknown)))
+    return ca.Function("end", [place, share, s], [values, ca.densify(ca.jacobian(values, unknown) + moved)])
+
+
 @dataclass(frozen=True, eq=False)
 class FreeArc:
     """The free arcs of some states, each a share of its rod.
@@ -104,15 +159,8 @@ class FreeArc:
     @cached_property
     def end(self) -> np.ndarray:
         """Theta, K, rise above the tip and n_y where the arc ends, shape (states, 4)."""
-        A, q, (phi, X, Y) = self.scalars.A, self._stretch, self._end
-        sine, cosine = np.sin(A), np.cos(A)
-        values = [
-            phi / A - 1.0,
-            q * (0.5 * (X * X + Y * Y)) / A,
-            (cosine * Y - sine * X) / (q * A),
-            q * q * (cosine * X + sine * Y) / A,
-        ]
-        return np.stack(values, axis=1)
+        A = self.scalars.A
+        return np.stack(turned(self._end, A, self._stretch, np.sin(A), np.cos(A)), axis=1)
 
     def rates(self) -> np.ndarray:
         """Gradient of `end` by the share and by the scalars, shape (states, 4, 5)."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -19,7 +19,8 @@ from ..base.errors import OutOfRange
 from ..base.quadrature import Grid, gauss, integration_matrix, values_matrix
 from ..model.equations import LowPressure, Scalars
 from .discretisation import Discretisation, Phases, Profile, Transcription
-from .spectral_fields import Integration, SpectralFields
+from .free_arc import curve_expression, end_function, turned
+from .spectral_fields import Begin, Integration, SpectralFields
 
 #: Share of the gain foretold by the last coefficients of a solution that is believed: in 1000 random
 #: cases of 2 to 14 nodes a refinement gained less in 3, all of them by chance.
@@ -41,6 +42,8 @@ class Spectral(Transcription):
         Equal elements per phase.
     low_pressure : bool
         Have alpha/A among the unknowns: digits of a pressure far below T0, for answers alone.
+    free_arc : bool
+        Have an outermost phase without traction in closed form instead of at nodes, for answers alone.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Spectral(Transcription):
     nodes: int = 16
     elements: int = 1
     low_pressure: bool = field(default=False, repr=False)
+    free_arc: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
         # A matrix of nodes x nodes is kept for each phase.
@@ -72,6 +76,8 @@ class Spectral(Transcription):
 
     def discretise(self, phases: Phases) -> SpectralDiscretisation:
         """Return the compiled problem for these phases."""
+        if self.free_arc and not (len(phases) > 1 and phases[0].lets_go and phases[0].lost is not None):
+            return _discretise(replace(self, free_arc=False), phases)
         return _discretise(self, phases)
 
     def refined(self) -> Spectral:
@@ -93,14 +99,17 @@ class SpectralDiscretisation(Discretisation):
     def __init__(self, settings: Spectral, phases: Phases, extra: int = 0) -> None:
         self.settings = settings
         self.local = settings.nodes * settings.elements
-        if (unknowns := self.local * len(phases)) > MOST_UNKNOWNS:
+        #: Phases before the first that has nodes: a free arc, or none.
+        self.free = int(isinstance(settings, Spectral) and settings.free_arc)
+        self.noded = len(phases) - self.free
+        if (unknowns := self.local * self.noded) > MOST_UNKNOWNS:
             raise OutOfRange(
                 f"a shape of {len(phases)} phases takes {unknowns} unknowns in the spectral form; the limit"
                 f" is {MOST_UNKNOWNS}.",
                 remedy="Give a law fewer kinks (a smooth curve through a table has none), or fewer nodes;"
                 " method='collocation' has no such limit.",
             )
-        super().__init__(phases, self.local * len(phases), extra)
+        super().__init__(phases, self.local * self.noded, extra)
         nodes, weights = gauss(settings.nodes)
         # On a phase of length 1: cumulative integral at its nodes, and the whole integral.
         self.zeta = np.concatenate([(e + nodes) / settings.elements for e in range(settings.elements)])
@@ -144,7 +153,7 @@ class SpectralDiscretisation(Discretisation):
 
     def chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals from the tip to ``zeta`` in each phase, and to the end of each phase."""
-        count = len(self.phases)
+        count = self.noded
         points = len(zeta)
         inside = np.kron(np.eye(count), self._cumulative(zeta))
         before = np.kron(np.tril(np.ones((count, count)), -1), np.ones((points, 1)) * self.whole)
@@ -156,13 +165,28 @@ class SpectralDiscretisation(Discretisation):
         curl, lengths, tail = self.symbols()
         count = len(self.phases)
         ones = np.ones((self.local, 1))
-        h = ca.vertcat(*(length * ca.DM(ones) for length in lengths))
+        h = ca.vertcat(*(length * ca.DM(ones) for length in lengths[self.free :]))
         # The last length is what the others leave.
         dh = np.zeros((self.field_count, self.size))
         free = np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])
-        dh[:, self.inner] = np.kron(free, ones)
+        dh[:, self.inner] = np.kron(free[self.free :], ones)
         integration = Integration(np.vstack(self.chain(self.zeta)), h, dh, self.field_count)
-        return SpectralFields(self.phases, integration, curl, tail, form=self.form, gradients=gradients)
+        begin = self._begin(lengths[0], tail) if self.free else None
+        return SpectralFields(
+            self.phases, integration, curl, tail, form=self.form, gradients=gradients, begin=begin
+        )
+
+    def _begin(self, share: ca.MX, tail: ca.MX) -> Begin:
+        """Return the fields where the free arc ends."""
+        scalars = self.form.of_unknowns(*ca.vertsplit(tail))
+        place = curve_expression(np.ones(1), share * scalars.alpha ** (1.0 / 3.0))
+        form: Any = self.form
+        values, rates = end_function(form)(ca.vertcat(*place), share, tail)
+        before, between = (
+            np.zeros((4, self.inner.start)),
+            np.zeros((4, self.tail.start - self.inner.start - 1)),
+        )
+        return Begin(values, ca.horzcat(before, rates[:, 0], between, rates[:, 1:]))
 
     @cached_property
     def _fields(self) -> SpectralFields:
@@ -182,20 +206,21 @@ class SpectralDiscretisation(Discretisation):
         f = self._fields
         matrix, _ = self.chain(np.asarray(zeta))
         there = replace(f.integration, matrix=matrix)
-        rise = there.of(f.slope.values)
-        return ca.horzcat(
-            -1 + there.of(f.K[: self.field_count]),
-            there.of(f.curl),
-            -f.scalars.alpha * rise,
-            there.of(f.load.values),
-            f.Y_tip + rise,
-        )
+        Theta0, K0, rise0, ny0 = f.start
+        Theta, K = Theta0 + there.of(f.K[: self.field_count]), K0 + there.of(f.curl)
+        rise, ny = rise0 + there.of(f.slope.values), ny0 + there.of(f.load.values)
+        if self.free:
+            A, stretch = f.scalars.A, f.scalars.alpha ** (1.0 / 3.0)
+            arc = curve_expression(np.asarray(zeta), self.x[self.inner.start] * stretch)
+            above = turned(arc, A, stretch, ca.sin(A), ca.cos(A))
+            Theta, K, rise, ny = (ca.vertcat(*each) for each in zip(above, (Theta, K, rise, ny), strict=True))
+        return ca.horzcat(Theta, K, -f.scalars.alpha * rise, ny, f.Y_tip + rise)
 
     def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
         """Unknowns of the same solution on another mesh of the same phases; ``x`` may be a stack of them."""
         if not isinstance(finer, SpectralDiscretisation):
             return super().prolonged(x, finer)
-        fields = x[..., : self.field_count].reshape(*x.shape[:-1], len(self.phases), self.local)
+        fields = x[..., : self.field_count].reshape(*x.shape[:-1], self.noded, self.local)
         there = fields @ _prolongation(self.settings, finer.settings).T
         there = there.reshape(*x.shape[:-1], finer.field_count)
         return np.concatenate([there, x[..., self.field_count :]], axis=-1)
@@ -205,9 +230,7 @@ class SpectralDiscretisation(Discretisation):
 
         (12a) is projected on the polynomials of this mesh, the other equations are the same on both.
         """
-        balance = residual[..., : finer.field_count].reshape(
-            *residual.shape[:-1], len(self.phases), finer.local
-        )
+        balance = residual[..., : finer.field_count].reshape(*residual.shape[:-1], self.noded, finer.local)
         here = (balance * finer.whole) @ _prolongation(self.settings, finer.settings) / self.whole
         here = here.reshape(*residual.shape[:-1], self.field_count)
         return np.concatenate([here, residual[..., finer.field_count :]], axis=-1)
@@ -215,7 +238,7 @@ class SpectralDiscretisation(Discretisation):
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Theta'' of a profile at the nodes, from (12a)."""
         parts = []
-        for j in range(len(self.phases)):
+        for j in range(self.free, len(self.phases)):
             Theta, _, nx, ny, _ = profile.in_phase(j, self.zeta).T
             A = profile.scalars.A
             parts.append(ny * np.cos(A * Theta) - nx * np.sin(A * Theta))

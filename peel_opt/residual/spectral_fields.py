@@ -65,6 +65,14 @@ class Field:
     rates: tuple[ca.MX, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Begin:
+    """Theta, K, rise above the tip and n_y where the nodes begin, and their gradients by all unknowns."""
+
+    values: Any
+    rates: Any
+
+
 class SpectralFields:
     """(12) at the nodes of all phases, from Theta'' = ``curl`` there.
 
@@ -78,6 +86,8 @@ class SpectralFields:
         What that is.
     gradients : bool
         Carry the pointwise derivatives that `jacobian` needs.
+    begin : Begin, optional
+        Where the outermost phase has no nodes, but is known up to there.
     """
 
     def __init__(
@@ -89,33 +99,38 @@ class SpectralFields:
         *,
         form: type[Scalars],
         gradients: bool,
+        begin: Begin | None = None,
     ) -> None:
         self.phases, self.integration, self.curl, self.tail = phases, integration, curl, tail
-        self._form, self._gradients = form, gradients
+        self._form, self._gradients, self._begin = form, gradients, begin
         n = integration.nodes
         self.scalars = form.of_unknowns(*ca.vertsplit(tail))
-        self.K = integration.of(curl)
-        self.Theta = -1 + integration.of(self.K[:n])
+        #: Theta, K, rise and n_y where the nodes begin.
+        self.start = (-1.0, 0.0, 0.0, 0.0) if begin is None else tuple(ca.vertsplit(begin.values))
+        Theta0, K0, rise0, ny0 = self.start
+        self.K = K0 + integration.of(curl)
+        self.Theta = Theta0 + integration.of(self.K[:n])
         Theta = self.Theta[:n]
         self.slope = self._pointwise(_slope, Theta)
-        self.rise = integration.of(self.slope.values)
+        self.rise = rise0 + integration.of(self.slope.values)
         self.Y_tip = -self.rise[-1]
         self.Y = self.Y_tip + self.rise
         self.load = self._pointwise(vertical_load, Theta, self.Y[:n])
-        self.ny = integration.of(self.load.values)
+        self.ny = ny0 + integration.of(self.load.values)
         self.bend = self._pointwise(_bend, Theta, self.rise[:n], self.ny[:n])
         #: In place of Theta(1) = 0 where the tip is free.
         self.free = phases[0].lost is not None
         tip_phase = phases[:1] if self.free else ()
         self.identity = self._at(identity, tip_phase, 1, self.Y_tip)
         #: u = y/y0 at the switches.
-        self.heights = self._at(_height, phases[:-1], 1, self.Y[n:-1])
+        inner = self.Y[n:-1] if begin is None else ca.vertcat(self.Y_tip + rise0, self.Y[n:-1])
+        self.heights = self._at(_height, phases[:-1], 1, inner)
         self.switches = len(phases) - 1
 
     def _pointwise(self, function: Callable[..., Any], *arguments: ca.MX) -> Field:
         """Apply a function at the nodes of every phase."""
-        n = self.integration.nodes
-        return self._at(function, self.phases, n // len(self.phases), *arguments)
+        phases = self.phases if self._begin is None else self.phases[1:]
+        return self._at(function, phases, self.integration.nodes // len(phases), *arguments)
 
     def _at(self, function: Callable[..., Any], phases: Phases, local: int, *arguments: ca.MX) -> Field:
         """Apply a function at some points of some phases."""
@@ -132,36 +147,51 @@ class SpectralFields:
         """Gradient of `residual` with respect to curl, the free phase lengths and the scalars."""
         n, integral = self.integration.nodes, self.integration
         width = integral.dh.shape[1]
-        dK = integral.rate_of_unknowns(self.curl)
-        dTheta = integral.rate(self.K[:n], dK[:n, :])
-        shape = dTheta[:n, : width - len(SCALARS)]  # Theta does not depend on the scalars
+        began = (0.0,) * 4 if self._begin is None else tuple(ca.vertsplit(self._begin.rates))
+
+        def begun(field: int, rates: ca.MX) -> ca.MX:
+            return rates if self._begin is None else rates + ca.repmat(began[field], rates.shape[0], 1)
+
+        dK = begun(1, integral.rate_of_unknowns(self.curl))
+        dTheta = begun(0, integral.rate(self.K[:n], dK[:n, :]))
+        others = width - len(SCALARS)
+
+        def through(by_Theta: ca.MX, by_tail: ca.MX) -> ca.MX:
+            if self._begin is None:  # Theta does not depend on the scalars
+                return ca.horzcat(_scaled(by_Theta, dTheta[:n, :others]), by_tail)
+            return _scaled(by_Theta, dTheta[:n, :]) + _padded(by_tail, others)
 
         by_Theta, by_tail = self.slope.rates
-        drise = integral.rate(self.slope.values, ca.horzcat(_scaled(by_Theta, shape), by_tail))
+        drise = begun(2, integral.rate(self.slope.values, through(by_Theta, by_tail)))
         dY = drise - ca.repmat(drise[-1, :], drise.size1(), 1)
 
         by_Theta, by_Y, by_tail = self.load.rates
-        dload = _scaled(by_Y, dY[:n, :]) + ca.horzcat(_scaled(by_Theta, shape), by_tail)
-        dny = integral.rate(self.load.values, dload)[:n, :]
+        dload = _scaled(by_Y, dY[:n, :]) + through(by_Theta, by_tail)
+        dny = begun(3, integral.rate(self.load.values, dload))[:n, :]
 
         by_Theta, by_rise, by_ny, by_tail = self.bend.rates
         dbend = _scaled(by_rise, drise[:n, :]) + _scaled(by_ny, dny)
-        dbend += ca.horzcat(_scaled(by_Theta, shape), by_tail)
+        dbend += through(by_Theta, by_tail)
         edge = dTheta[-1, :]
         if self.free:
             by_Y, by_tail = self.identity.rates
-            edge = _scaled(by_Y, -drise[-1, :]) + ca.horzcat(np.zeros((1, width - len(SCALARS))), by_tail)
+            edge = _scaled(by_Y, -drise[-1, :]) + _padded(by_tail, others)
         rows = [ca.densify(ca.DM(np.eye(n, width))) - dbend, dK[-1, :], edge]
         if self.switches:
             by_Y, by_tail = self.heights.rates
-            no_shape = np.zeros((self.switches, width - len(SCALARS)))
-            rows.append(_scaled(by_Y, dY[n:-1, :]) + ca.horzcat(no_shape, by_tail))
+            inner = dY[n:-1, :] if self._begin is None else ca.vertcat(began[2] - drise[-1, :], dY[n:-1, :])
+            rows.append(_scaled(by_Y, inner) + _padded(by_tail, others))
         return ca.vertcat(*rows)
 
 
 def _scaled(factors: Any, matrix: Any) -> Any:
     """Return the matrix with each row times a factor."""
     return ca.repmat(factors, 1, matrix.shape[1]) * matrix
+
+
+def _padded(by_tail: Any, others: int) -> Any:
+    """Return derivatives by the scalars as rows by all unknowns."""
+    return ca.horzcat(np.zeros((by_tail.shape[0], others)), by_tail)
 
 
 def _slope(Theta: Any, scalars: Scalars, _piece: Piece) -> Any:
