@@ -117,7 +117,9 @@ class Rods:
         return unpacked(numbers, self.ratio, len(self.chart.phases), folded=self.chart.folded)
 
     def of(self, rows: np.ndarray) -> Rods:
-        """Some of the rods."""
+        """Some of the rods, in increasing order; all of them are the same object."""
+        if len(rows) == len(self.ratio):
+            return self
         return Rods(self.chart, self.ratio[rows], self.coefficients[rows])
 
     @property
@@ -152,15 +154,18 @@ def packed(stack: Stack, x: np.ndarray, *, folded: bool = False) -> np.ndarray:
 def unpacked(numbers: np.ndarray, ratio: np.ndarray, phases: int, *, folded: bool = False) -> np.ndarray:
     """Return the states that `packed` made numbers of."""
     A, pressure, sigma = numbers[:, -3], numbers[:, -2], np.exp(numbers[:, -1])
-    scalars = [A, None, sigma, ratio * sigma**4 - PI4]
+    cube = sigma**3
+    x = np.empty((len(numbers), numbers.shape[1] + 1))
+    x[:, -2], x[:, -1] = sigma, ratio * (sigma * cube) - PI4
     if phases == 1:
-        scalars[1] = -(pressure * _least(ratio) if folded else np.exp(pressure)) * sigma**3
-        return np.concatenate([numbers[:, :-3], np.stack(scalars, axis=1)], axis=1)
-    scalars[0] = LAST_ANGLE - np.exp(A) if folded else A
-    scalars[1] = (np.exp(pressure) - 1.0) * sigma**3 / scalars[0]
+        x[:, :-4], x[:, -4] = numbers[:, :-3], A
+        x[:, -3] = -(pressure * _least(ratio) if folded else np.exp(pressure)) * cube
+        return x
+    A = LAST_ANGLE - np.exp(A) if folded else A
     held = np.exp(numbers[:, -4])
-    bend = numbers[:, :-4] / (held * held)[:, None]
-    return np.concatenate([bend, np.stack([1.0 - held, *scalars], axis=1)], axis=1)
+    x[:, :-5], x[:, -5] = numbers[:, :-4] / (held * held)[:, None], 1.0 - held
+    x[:, -4], x[:, -3] = A, (np.exp(pressure) - 1.0) * cube / A
+    return x
 
 
 def _least(ratio: np.ndarray) -> np.ndarray:
@@ -227,13 +232,15 @@ def share_of(
     """
     above = values > sought[:, None]
     changes = above[:, 1:] != above[:, :-1]
-    met = changes.any(axis=1)
     at = changes.shape[1] - 1 - changes[:, ::-1].argmax(axis=1) if last else changes.argmax(axis=1)
-    rows = np.arange(len(values))
-    here, there, s = values[rows, at], values[rows, at + 1], shares()
+    rows, s = np.arange(len(values)), shares()
+    here, there = values[rows, at], values[rows, at + 1]
+    met = changes[rows, at]
+    if met.all():
+        return s[at] + (sought - here) / (there - here) * (s[at + 1] - s[at])
     apart = np.where(met, there - here, 1.0)
     share = np.where(met, s[at] + (sought - here) / apart * (s[at + 1] - s[at]), np.nan)
-    for end in () if met.all() else (-1, 0):
+    for end in (-1, 0):
         near = ~met & (np.abs(sought - values[:, end]) <= beyond * (1.0 + np.abs(values[:, end])))
         share[near], met = s[end], met | near
     return share

@@ -33,7 +33,6 @@ from ..residual.accuracy import (
     Response,
     can_estimate,
     certificate,
-    on_plate,
     refinement,
     response,
 )
@@ -108,12 +107,12 @@ def as_method(method: str | Method | Transcription) -> Method:
     """Return the method a caller named or configured."""
     if isinstance(method, Method):
         return method
+    if isinstance(method, str) and method in METHODS:
+        return METHODS[method]
     if isinstance(method, Shooting):
         return Method(method, Ipopt(), adaptive=False)
     if isinstance(method, Transcription):
         return Method(method, adaptive=False)
-    if isinstance(method, str) and method in METHODS:
-        return METHODS[method]
     raise InvalidInput(
         f"unknown method {method!r}.",
         remedy=f"Choose one of {', '.join(sorted(METHODS))}, or pass a configured transcription.",
@@ -429,23 +428,25 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
     effective = posed.effective_law
     s = problem.scalars(x)
     profile = solved.profile
-    theta, heights = (profile.values[:, :, i] * s.A for i in (0, 4))
-    opened = s.beta1 / s.beta0 * heights if s.beta0 else np.zeros(1)  # u = y/y0
-    tip_free = problem.phases[0].lost is not None
+    least_angle, most_angle, lowest, highest = (
+        float(s.A * end) for k in (0, 4) for end in _ends(profile.values[:, :, k], s.A)
+    )
+    tip, size = float(s.A * profile.values[0, 0, 4]), max(highest, -lowest)
+    opened = s.beta1 / s.beta0 * highest if s.beta0 else 0.0  # u = y/y0
     noise = HEIGHT_NOISE
-    if not tip_free:
+    if problem.phases[0].lost is None:
         # A tip that is held to the plate has no height: what it has is the error of all heights.
-        noise = max(noise, min(abs(float(heights[0, 0])) / float(np.abs(heights).max()), tol))
-    within = bool(opened.max() <= 1.0 + HEIGHT_NOISE)  # in u = y/y0
+        noise = max(noise, min(abs(tip) / size, tol))
+    within = opened <= 1.0 + HEIGHT_NOISE
     source = Solution(problem, x, effective)
     present = {
-        "y > y0": bool(opened.max() > effective.holds_to + HEIGHT_NOISE),
+        "y > y0": opened > effective.holds_to + HEIGHT_NOISE,
         "p < 0": s.alpha < 0.0,
-        "y < 0": heights.min() < -noise * np.abs(heights).max(),
+        "y < 0": lowest < -noise * size,
         "alpha1 > 0": s.alpha1 > 0.0,
-        "overhang": np.abs(theta).max() > 0.5 * math.pi,
-        "tip on plate": on_plate(profile, noise),
-        "self-contact": np.ptp(theta) > math.pi and source.shape().crosses_itself(),
+        "overhang": max(most_angle, -least_angle) > 0.5 * math.pi,
+        "tip on plate": abs(tip) <= noise * size,
+        "self-contact": most_angle - least_angle > math.pi and source.shape().crosses_itself(),
     }
     missed = solved.certificate(effective)
     certified = solved.error <= tol and missed <= tol
@@ -465,3 +466,9 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
         stats=solved.stats,
         source=source,
     )
+
+
+def _ends(values: np.ndarray, factor: float) -> tuple[float, float]:
+    """The values that are least and largest once multiplied by a factor."""
+    low, high = float(values.min()), float(values.max())
+    return (low, high) if factor >= 0.0 else (high, low)

@@ -19,6 +19,7 @@ that belongs to the answered number says what such a residue does to it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -48,12 +49,6 @@ SAFE = 2.5
 #: and an integrator whose stages are not seen among the terms.  Over 2000 random cases a
 #: quarter of the first and two thirds of the second were lost.
 UNITS, UNITS_OF_STAGES = 4.0, 14.0
-
-
-def on_plate(profile: Profile, noise: float) -> bool:
-    """Whether the tip of a shape lies on the plate, within a share of the largest height."""
-    heights = profile.values[:, :, 4]
-    return bool(abs(heights[0, 0]) <= noise * np.abs(heights).max())
 
 
 def certificate(law: CohesiveLaw, profile: Profile, tip: Piece) -> float:
@@ -202,13 +197,14 @@ def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: 
     # that of the larger.
     terms = {"pressure": 0.0 if problem.form is LowPressure else 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
-    residues = np.linalg.norm(own * sizes * units_lost(problem, len(sizes)))  # of independent signs
+    lost = own * sizes * units_lost(problem, len(sizes))
+    residues = math.sqrt(lost @ lost)  # of independent signs
     digits = abs(value) + float(by_given @ given_sizes)
     unsettled = 4.0 * abs(float(weights @ update))
     asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
-    norms = np.linalg.norm(responses, axis=0)
+    norms = np.sqrt(np.einsum("ij,ij->j", responses, responses))
     return Response(
-        rounding=unsettled + EPS * (float(residues) + 2.0 * digits),
+        rounding=unsettled + EPS * (residues + 2.0 * digits),
         unsettled=unsettled,
         condition=float(max(asked)),
         leverage=norms[0] / norms[1:],

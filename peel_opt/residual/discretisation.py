@@ -135,7 +135,9 @@ class Discretisation(ABC):
     def __init__(self, phases: Phases, field_count: int, extra: int = 0) -> None:
         self.phases = phases
         self.field_count = field_count
-        self.x = ca.MX.sym("x", field_count + len(phases) - 1 + extra + len(SCALARS))
+        #: Number of unknowns.
+        self.size = field_count + len(phases) - 1 + extra + len(SCALARS)
+        self.x = ca.MX.sym("x", self.size)
         self._samplers: dict[bytes, ca.Function] = {}
         #: Systems closed by questions, by the kinds of their closures.
         self.closed: dict[tuple[str, ...], Any] = {}
@@ -167,11 +169,6 @@ class Discretisation(ABC):
         "tip_height",
         "_profile_sampler",
     )
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return int(self.x.numel())
 
     @property
     def form(self) -> type[Scalars]:

@@ -100,7 +100,7 @@ def turned(place: FreeCurve, A: Any, stretch: Any, sine: Any, cosine: Any) -> tu
 
 @lru_cache(maxsize=16)
 def _along(zeta: tuple[float, ...]) -> np.ndarray:
-    """Matrix from the polynomials of c^3 to phi/(zeta c)^3, X/(zeta c) and Y/(zeta c)^4, one upon the other."""
+    """Matrix from the polynomials of c^3 to phi/(zeta c)^3, X/(zeta c), Y/(zeta c)^4, one upon the other."""
     places = 0.5 * (1.0 + np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES))
     values = polynomials(np.multiply.outer(np.array(zeta) ** 3, places), NODES) @ _curve(LONGEST)
     to_series = 2.0 / NODES * polynomials(places, NODES).T
