@@ -289,7 +289,7 @@ def seeded(question: Question) -> tuple[Seeded, float, int] | None:
 
 
 def _traits(solution: SolvedState) -> Traits:
-    profile, along = solution.profile, solution.linearised.response()[TAIL].T.tolist()
+    profile, along = solution.profile, solution.linearised.scalars_by_given().T.tolist()
     Theta, K, *_ = profile.values.reshape(-1, profile.values.shape[-1]).T
     return Traits(
         unbent=bool(unbent(Theta, K)),

@@ -165,9 +165,9 @@ def response(at: Linearised, update: np.ndarray, read: Callable[[Scalars], float
     read : callable
         The answered number.
     """
-    weights = np.zeros(at.problem.size)
-    weights[at.problem.tail] = gradient(read, at.tail, at.problem.form)
-    return response_to(at, update, weights, read(at.problem.scalars(at.x)))
+    weights = gradient(read, at.tail, at.problem.form)
+    unsettled = 4.0 * abs(float(weights @ update[at.problem.tail]))
+    return _response(at, unsettled, at.of_scalars @ weights, read(at.problem.scalars(at.x)))
 
 
 def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: float) -> Response:
@@ -184,30 +184,30 @@ def response_to(at: Linearised, update: np.ndarray, weights: np.ndarray, value: 
     value : float
         The number itself.
     """
+    own = at.factors.solve(weights, transposed=True)
+    return _response(at, 4.0 * abs(float(weights @ update)), own, value)
+
+
+def _response(at: Linearised, unsettled: float, own: np.ndarray, value: float) -> Response:
+    """Put together what the response ``own`` of a number to every equation says of it."""
     problem, given = at.problem, [closure for closure in at.closing if isinstance(closure, Closure)]
-    wanted = np.zeros((problem.size, 1 + len(at.tail)), order="F")  # the number, then each scalar
-    wanted[:, 0] = weights
-    np.fill_diagonal(wanted[problem.tail, 1:], 1.0)
-    with one_thread:
-        responses = at.factors.solve(wanted, transposed=True)
-        sizes = at.sizes
-    own = responses[:, 0]
     by_given = np.abs(own[-len(given) :] @ at.by_given)
     # p/T0 enters as 1 - p/T0, but where it is small, and lambda as pi^4 + lambda: their rounding is
     # that of the larger.
     terms = {"pressure": 0.0 if problem.form is LowPressure else 1.0, "lam": PI4}
     given_sizes = np.array([max(abs(c.value), terms.get(c.kind, 0.0)) for c in given])
+    with one_thread:
+        sizes = at.sizes
     lost = own * sizes * units_lost(problem, len(sizes))
     residues = math.sqrt(lost @ lost)  # of independent signs
     digits = abs(value) + float(by_given @ given_sizes)
-    unsettled = 4.0 * abs(float(weights @ update))
-    asked = [d for d, c in zip(by_given, given, strict=True) if c.kind != "ratio"]
-    norms = np.sqrt(np.einsum("ij,ij->j", responses, responses))
+    asked = [d for d, c in zip(by_given.tolist(), given, strict=True) if c.kind != "ratio"]
+    towards = at.of_scalars
     return Response(
         rounding=unsettled + EPS * (residues + 2.0 * digits),
         unsettled=unsettled,
-        condition=float(max(asked)),
-        leverage=norms[0] / norms[1:],
+        condition=max(asked),
+        leverage=math.sqrt(own @ own) / np.sqrt(np.einsum("ij,ij->j", towards, towards)),
     )
 
 

@@ -238,6 +238,16 @@ class Linearised:
         """Sign of det J; along a branch it changes only where another one crosses it."""
         return self.factors.sign()
 
+    @cached_property
+    def of_scalars(self) -> np.ndarray:
+        """How each scalar moves with a residue of each equation, shape (n, scalars)."""
+        return self.adjoint(np.eye(len(self.tail)))
+
+    def scalars_by_given(self) -> np.ndarray:
+        """d(scalars)/d(given), shape (scalars, numbers)."""
+        moves: np.ndarray = -self.of_scalars[-len(self.closing) :].T @ self.by_given
+        return moves
+
     def response(self) -> np.ndarray:
         """dx/d(given), shape (n, numbers)."""
         right = np.zeros((self.problem.size, self.by_given.shape[1]), order="F")

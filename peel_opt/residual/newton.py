@@ -179,7 +179,8 @@ def newton(
 def _block_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
     """Size of each unknown's block: its fields together, every scalar for itself."""
     scale = 1.0 + np.abs(x)
-    scale[problem.fields] = 1.0 + np.max(np.abs(x[problem.fields]), initial=0.0)
+    if problem.field_count:
+        scale[problem.fields] = scale[problem.fields].max()
     return scale
 
 
