@@ -6,23 +6,24 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..base.checks import positive
 from ..base.errors import NotCertified, NotConverged, PeelOptError
 from ..base.threads import one_thread
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod
-from ..model.scene import Scene
 from ..residual.discretisation import Transcription
 from ..residual.newton import SolvedState
 from .closed_form import closed_form
 from .methods import Answer, Method, as_method, certify, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
-from .scenes import ask_scene, plain_law, refuse_options
 from .select import THROUGH, SelectionWalk, far_from, select
 from .unfolded import seeded
+
+if TYPE_CHECKING:
+    from ..model.scene import Scene
 
 #: Share of its size by which an answer may differ, beyond its error, from that of the walk.
 FAITHFUL = 0.05
@@ -137,6 +138,11 @@ def length_given_pressure(
 
 def _ask(subject: Rod | Scene, given: str, value: float, **options: Any) -> Equilibrium:
     """Answer about a rod, or about a scene; the paper's scene is its rod."""
+    if isinstance(subject, Rod):
+        return ask_rod(subject, given, value, **options)
+    from ..model.scene import Scene
+    from .scenes import ask_scene, plain_law, refuse_options
+
     if not isinstance(subject, Scene):
         return ask_rod(subject, given, value, **options)
 
