@@ -182,10 +182,3 @@ class FreeArc:
             np.zeros_like(by_c),
         ]
         return np.stack(rates, axis=2)
-
-    def bend(self, zeta: np.ndarray) -> np.ndarray:
-        """Theta'' at local coordinates of the arc, shape (states, len(zeta))."""
-        q = self._stretch[:, None]
-        phi, X, Y = curve((self.share[:, None] * q) * zeta)
-        bend: np.ndarray = q * q / self.scalars.A[:, None] * (X * np.cos(phi) + Y * np.sin(phi))
-        return bend

@@ -1,12 +1,12 @@
 """The spectral form of (12) for many states of one layout at once, under laws of straight pieces.
 
 The structure is that of `spectral_fields`: a field is a constant matrix times a pointwise function of
-the fields before it.  There it is compiled for one state; here NumPy goes through a stack of states, and
-an outermost part without traction is a `free_arc` instead of nodes.  With 16 nodes, for one state in a
+the fields before it.  There it is compiled for one state; here NumPy goes through a stack of states.  In
+both an outermost part without traction may be a `free_arc` instead of nodes.  With 16 nodes, for one state in a
 stack of 64, residual, Jacobian and its inverse take
 
     one phase                         22 + 7 us compiled, 12 + 7 us here
-    a free arc and a cohesive phase   66 + 28 us compiled, 17 + 8 us here
+    a free arc and a cohesive phase   30 + 9 us compiled, 17 + 8 us here
 
 Both are held together by tests.  Every product is one of its own for each state, and everything else
 goes element by element: what comes out for a state does not depend, in any bit, on those beside it.
@@ -86,8 +86,7 @@ class Stack:
         self.size = self.shape + 4
         #: The phase with nodes by itself.
         self._problem = settings.discretise(phases[-1:])
-        self.zeta = self._problem.zeta
-        self._matrix = np.vstack(self._problem.chain(self.zeta))
+        self._matrix = np.vstack(self._problem.chain(self._problem.zeta))
         self._twice = self._matrix @ self._matrix[: self.nodes]
         drop = phases[-1].drop
         assert isinstance(drop, Affine)
@@ -108,12 +107,6 @@ class Stack:
         """Theta and Theta' at the nodes and at the plate, and the height u of the tip."""
         f = self._fields(x)
         return f.Theta, f.K, self.scalars(x).height(f.Y_tip)
-
-    def spread(self, x: np.ndarray) -> np.ndarray:
-        """Unknowns of the same states as ``settings.discretise(phases)`` has them."""
-        if not self.free:
-            return x
-        return np.concatenate([FreeArc(self.shares(x), self.scalars(x)).bend(self.zeta), x], axis=1)
 
     @cached_property
     def finer(self) -> Stack:

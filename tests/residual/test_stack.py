@@ -16,6 +16,9 @@ from peel_opt.residual.stack import serves, stack_of
 WITHIN, FREE = COHESIVE.pieces
 KINDS = ("ratio", "pressure")
 
+#: The same states compiled, one at a time.
+ARC = Spectral(16, free_arc=True).discretise((FREE, WITHIN))
+
 
 def made_up(stack, count=40, seed=1):
     """Unknowns that solve nothing, amplitudes from tiny to large, and given numbers."""
@@ -58,13 +61,25 @@ def test_one_phase_is_the_compiled_system(phases, kinds):
         assert np.abs(jacobian[i] - matrix).max() < 1e-12 * np.abs(matrix).max()
 
 
+def test_a_free_arc_and_a_phase_are_the_compiled_system():
+    stack = stack_of(Spectral(16), (FREE, WITHIN))
+    x, given = made_up(stack)
+    compiled = closed_system(ARC, KINDS)
+    equations, jacobian = stack.linearise(x, KINDS, given)
+    for i in range(len(x)):
+        values, matrix = compiled.system(x[i], given[i])
+        assert np.all(np.abs(equations[i] - values) < 1e-12 * (np.abs(matrix) @ np.abs(x[i])))
+        assert np.abs(jacobian[i] - matrix).max() < 1e-11 * np.abs(matrix).max()
+
+
 def test_a_state_with_a_free_arc_solves_the_compiled_system_of_two_phases():
     found = solved("beyond", range(8))
     problem = Spectral(16).discretise((FREE, WITHIN))
-    for x, free in zip(found.stack.spread(found.x), found.stack.shares(found.x), strict=True):
-        values = problem.residual(x)
-        assert np.abs(values).max() < 1e-9 * np.abs(x[: problem.field_count]).max()
-        assert problem.lengths(x)[0] == free
+    for x, free in zip(found.x, found.stack.shares(found.x), strict=True):
+        profile = ARC.profile(x)
+        values = problem.residual(problem.pack(profile))
+        assert np.abs(values).max() < 1e-9 * np.abs(profile.values[:, :, 3]).max()
+        assert profile.lengths[0] == free
 
 
 def test_the_jacobian_with_a_free_arc_is_the_derivative():
@@ -106,8 +121,9 @@ def test_the_end_of_the_free_arc_is_where_the_nodes_begin():
     share, s = found.stack.shares(found.x), found.scalars
     assert isinstance(s, Scalars)
     Theta = free_arc.FreeArc(share, s).end[:, 0]
-    profiles = [Spectral(16).discretise((FREE, WITHIN)).profile(x) for x in found.stack.spread(found.x)]
-    assert Theta == pytest.approx([p.values[0, -1, 0] for p in profiles], abs=1e-9)
+    profiles = [ARC.profile(x) for x in found.x]
+    for end in ((0, -1), (1, 0)):
+        assert Theta == pytest.approx([p.values[*end, 0] for p in profiles], abs=1e-13)
 
 
 def test_only_straight_pieces_with_a_free_arc_or_none_are_stacked():
