@@ -2,8 +2,8 @@
 
 The structure is that of `spectral_fields`: a field is a constant matrix times a pointwise function of
 the fields before it.  There it is compiled for one state; here NumPy goes through a stack of states.  In
-both an outermost part without traction may be a `free_arc` instead of nodes.  With 16 nodes, for one state in a
-stack of 64, residual, Jacobian and its inverse take
+both an outermost part without traction may be a `free_arc` instead of nodes.  With 16 nodes, for one
+state in a stack of 64, residual, Jacobian and its inverse take
 
     one phase                         22 + 7 us compiled, 12 + 7 us here
     a free arc and a cohesive phase   30 + 9 us compiled, 17 + 8 us here
