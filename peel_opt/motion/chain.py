@@ -83,7 +83,7 @@ class Chain:
         return places
 
     def pressed(self, u: np.ndarray) -> np.ndarray:
-        """Force with which each node is held up, over that of the unit of z; that of a lift has either sign."""
+        """Force per length with which each node is held up, in the unit of z; that of a lift has any sign."""
         pressed = np.maximum(-u[:, Z], 0.0)
         if self.tip_at is not None:
             pressed[0] = -u[0, Z]
@@ -99,40 +99,44 @@ class Chain:
         force[:, 1:] += force[:, :-1].copy()
         return force
 
-    def residual(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the balances, (n, 5), and their derivatives, banded as LAPACK takes them."""
+    def residual(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
+        """Return the balances, (n, 5): places of the links, moments and forces."""
         h, n = self.h, len(u)
         theta, Nx, Ny = u[:, THETA], u[:, NX], u[:, NY]
-        x, y = self.places(u)
-        free = u[:, Z] > 0.0
-        if self.tip_at is not None:
-            free[0] = False
+        x, y = places = self.places(u)
         sine, cosine = np.sin(theta), np.cos(theta)
-        v = (np.stack([x, y]) - stage.base) / stage.span
-        w = self.share(n)
-        inert, by_place = self.drag * v, stage.stiffness(self)
+        v = (places - stage.base) / stage.span
+        w, inert = self.share(n), self.drag * v
         if self.mass:
             inert = inert + self.mass * (v - stage.base_v) / stage.span
-        traction, slope = self.memory.holding(y, open_to)
+        held_up = stage.stiffness(self) * self.pressed(u) - self.memory.holding(y, open_to)[0]
         load = self.loads(theta, stage.pressure)
-
         rows = np.empty((n, UNKNOWNS))
         rows[:, 0] = np.append(x[1:], self.end(n)) - x - h * cosine
         rows[:, 1] = np.append(y[1:], 0.0) - y - h * sine
-        turned = np.empty(n)
-        turned[:-1] = theta[1:] - theta[:-1]
-        turned[-1] = -theta[-1]
-        rows[:, 2] = turned / h + h * (Nx * sine - Ny * cosine)
-        rows[1:, 2] -= turned[:-1] / h
+        turned = np.diff(theta, append=0.0) / h
+        rows[:, 2] = turned + h * (Nx * sine - Ny * cosine)
+        rows[1:, 2] -= turned[:-1]
         rows[:, 3] = w * inert[0] - load[0] + Nx
+        rows[:, 4] = w * (inert[1] - held_up) - load[1] + Ny
         rows[1:, 3] -= Nx[:-1]
-        rows[:, 4] = w * (inert[1] + traction - by_place * self.pressed(u)) - load[1] + Ny
         rows[1:, 4] -= Ny[:-1]
+        return rows
 
+    def derivatives(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the balances by all unknowns, banded as LAPACK takes them."""
+        h, n = self.h, len(u)
+        theta, Nx, Ny = u[:, THETA], u[:, NX], u[:, NY]
+        sine, cosine = np.sin(theta), np.cos(theta)
+        free = u[:, Z] > 0.0
+        if self.tip_at is not None:
+            free[0] = False
+        slope = self.memory.holding(self.places(u)[1], open_to)[1]
+        w, stiffness, push = self.share(n), stage.stiffness(self), 0.5 * h * stage.pressure
         band = np.zeros((2 * BELOW + ABOVE + 1, n, UNKNOWNS))
 
         def put(row: int, column: int, values: np.ndarray | float, ahead: int = 0) -> None:
-            """Enter the derivatives of the rows of all nodes by a number of the node ``ahead``, in its order."""
+            """Enter the derivatives of a row of all nodes by a number of the node ``ahead``, in its order."""
             where = slice(max(ahead, 0), n + min(ahead, 0))
             diagonal = BELOW + ABOVE + row - column - UNKNOWNS * ahead
             band[diagonal, where, column] = values[where] if isinstance(values, np.ndarray) else values
@@ -146,22 +150,18 @@ class Chain:
         middle = h * (Nx * cosine + Ny * sine) - 2.0 / h
         middle[0] += 1.0 / h
         put(2, THETA, middle)
-        put(2, THETA, 1.0 / h, 1)
-        put(2, THETA, 1.0 / h, -1)
         put(2, NX, h * sine)
         put(2, NY, -h * cosine)
-        push = 0.5 * h * stage.pressure
-        put(3, X, w * by_place)
-        put(3, THETA, push * cosine)
-        put(3, THETA, push * cosine, -1)
-        put(3, NX, 1.0)
-        put(3, NX, -1.0, -1)
-        put(4, Z, w * (by_place + np.where(free, slope, 0.0)))
-        put(4, THETA, push * sine)
-        put(4, THETA, push * sine, -1)
-        put(4, NY, 1.0)
-        put(4, NY, -1.0, -1)
-        return rows, band.reshape(band.shape[0], -1)
+        put(3, X, w * stiffness)
+        put(4, Z, w * (stiffness + np.where(free, slope, 0.0)))
+        for row, force, turning in ((3, NX, cosine), (4, NY, sine)):
+            put(row, force, 1.0)
+            put(row, force, -1.0, -1)
+            put(row, THETA, push * turning)
+            put(row, THETA, push * turning, -1)
+        put(2, THETA, 1.0 / h, 1)
+        put(2, THETA, 1.0 / h, -1)
+        return band.reshape(band.shape[0], -1)
 
     def solve(
         self, u: np.ndarray, stage: Stage, open_to: np.ndarray, *, most: int = 14, tol: float = 1e-9
@@ -170,10 +170,8 @@ class Chain:
         stiffness = stage.stiffness(self)
         u = _pressed(u, 1.0 / stiffness)
         for _ in range(most):
-            rows, band = self.residual(u, stage, open_to)
-            _, _, update, info = dgbsv(
-                BELOW, ABOVE, band, -rows.ravel(), overwrite_ab=True, overwrite_b=True
-            )
+            rows, band = self.residual(u, stage, open_to), self.derivatives(u, stage, open_to)
+            _, _, update, info = dgbsv(BELOW, ABOVE, band, -rows.ravel(), overwrite_ab=True, overwrite_b=True)
             if info != 0 or not np.abs(update).max() < 1e3:
                 return None
             change = update.reshape(u.shape)

@@ -7,13 +7,14 @@ rebond it is held as ever until it has been fully open, and not at all after tha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..model.bond import CohesiveLaw
-from .tractions import Held, Traction
+from .tractions import Traction
 
 
 @dataclass(frozen=True)
@@ -43,25 +44,34 @@ class Memory:
         last = self.law.pieces[-1]
         return last.start / self.ratio if last.lets_go else np.inf
 
-    def held(self, y: np.ndarray) -> Held:
-        """Traction, its derivative by y and the work of separation of a bond that was never open."""
+    def pull(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Traction, and its derivative by y, of a bond that was never open."""
+        traction, slope = self._on_pieces(y, Traction.pull)
+        return traction, slope * self.ratio
+
+    def work(self, y: np.ndarray) -> np.ndarray:
+        """Work of separation of a bond that was never open, over T0 eta."""
+        return self._on_pieces(y, Traction.__call__)[-1] / self.ratio
+
+    def _on_pieces(
+        self, y: np.ndarray, read: Callable[[Traction, np.ndarray], tuple[np.ndarray, ...]]
+    ) -> tuple[np.ndarray, ...]:
+        """Read each height off the piece of the law that it is on."""
         u = y * self.ratio
-        traction, slope, work = self._pieces[0](u)
+        values = read(self._pieces[0], u)
         for kink, piece in zip(self.law.kinks, self._pieces[1:], strict=True):
             above = u > kink
             if above.any():
-                beyond = piece(np.maximum(u, kink))
-                traction, slope, work = (
-                    np.where(above, b, a) for a, b in zip((traction, slope, work), beyond, strict=True)
-                )
-        return Held(traction, slope * self.ratio, work / self.ratio)
+                beyond = read(piece, np.maximum(u, kink))
+                values = tuple(np.where(above, b, a) for a, b in zip(values, beyond, strict=True))
+        return values
 
     def holding(self, y: np.ndarray, open_to: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the traction and its derivative by y, at nodes that have been open to ``open_to``."""
-        traction, slope, _ = self.held(y)
+        traction, slope = self.pull(y)
         if self.bond == "damage":
             back = y < open_to
-            secant = self.held(open_to).traction / np.where(back, open_to, 1.0)
+            secant = self.pull(open_to)[0] / np.where(back, open_to, 1.0)
             return np.where(back, secant * y, traction), np.where(back, secant, slope)
         if self.bond == "no_rebond":
             intact = open_to < self.range
@@ -70,23 +80,19 @@ class Memory:
 
     def stored(self, y: np.ndarray, open_to: np.ndarray) -> np.ndarray:
         """Energy per area that the bond gives back on the way down."""
-        work = self.held(y).work
         if self.bond == "damage":
-            back = y < open_to
             top = np.maximum(y, open_to)
-            traction = self.held(top).traction
-            safe = np.where(top > 0.0, top, 1.0)
-            return np.where(back, 0.5 * traction * y * y / safe, 0.5 * traction * top)
+            triangle: np.ndarray = 0.5 * self.pull(top)[0] * y * y / np.where(top > 0.0, top, 1.0)
+            return triangle
         if self.bond == "no_rebond":
-            return np.where(open_to < self.range, work, 0.0)
-        return work
+            return np.where(open_to < self.range, self.work(y), 0.0)
+        return self.work(y)
 
     def lost(self, open_to: np.ndarray) -> np.ndarray:
         """Energy per area that damage has taken."""
         if self.bond == "damage":
-            traction, _, work = self.held(open_to)
-            return work - 0.5 * traction * open_to
+            lost: np.ndarray = self.work(open_to) - 0.5 * self.pull(open_to)[0] * open_to
+            return lost
         if self.bond == "no_rebond":
-            gone = self.held(np.full(1, self.range)).work if np.isfinite(self.range) else np.zeros(1)
-            return np.where(open_to < self.range, 0.0, gone)
+            return np.where(open_to < self.range, 0.0, self.work(np.minimum(open_to, self.range)))
         return np.zeros_like(open_to)

@@ -38,13 +38,19 @@ class Traction:
         if isinstance(piece.drop, Affine):
             offset, slope = piece.drop.offset, piece.drop.slope
             gone = lost + (u - start) * (offset + 0.5 * slope * (u + start))
-            return Held(1.0 - offset - slope * u, np.full(np.shape(u), -slope), u - gone)
-        drop = _compiled(piece)
-        values, slopes = (part.full().reshape(np.shape(u)) for part in drop(_row(u)))
-        nodes, weights = gauss(POINTS)
-        inside = drop(_row(start + np.multiply.outer(u - start, nodes)))[0].full()
-        gone = lost + (u - start) * (inside.reshape(*np.shape(u), POINTS) @ weights)
-        return Held(1.0 - values, -slopes, u - gone)
+        else:
+            nodes, weights = gauss(POINTS)
+            inside = _compiled(piece)(_row(start + np.multiply.outer(u - start, nodes)))[0].full()
+            gone = lost + (u - start) * (inside.reshape(*np.shape(u), POINTS) @ weights)
+        return Held(*self.pull(u), u - gone)
+
+    def pull(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return traction and slope alone."""
+        drop = self.piece.drop
+        if isinstance(drop, Affine):
+            return 1.0 - drop.offset - drop.slope * u, np.full(np.shape(u), -drop.slope)
+        values, slopes = (part.full().reshape(np.shape(u)) for part in _compiled(self.piece)(_row(u)))
+        return 1.0 - values, -slopes
 
 
 def _row(u: np.ndarray) -> ca.DM:

@@ -24,7 +24,7 @@ BONDS = ("reversible", "damage", "no_rebond")
 OUTCOMES = {
     "folded": "the rod comes to rest in its folded equilibrium",
     "touching": "the rod comes to rest with its tip just touching the plate",
-    "flapping": "the tip touches the plate and lifts again, over and over",
+    "flapping": "the tip goes up and down over and over, as a rule down to the plate",
     "flat fold": "the rod comes to rest in a loop with the rest of it lying upside down on the plate",
     "closes": "the start was below the unstable state: the rod lies down and heals",
     "held": "the rod comes to rest in an unfolded equilibrium, kept there by a bond that does not heal",

@@ -1,0 +1,228 @@
+"""A rod on its mesh from one moment to the next.
+
+Steps are those of the backward differentiation formula of order 2, which keeps its order for the forces
+that hold the links together.  They are as long as the fastest link may turn in one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..base.errors import NotConverged
+from .chain import THETA, UNKNOWNS, Chain, Stage, X, Z
+from .run import Posture
+
+#: First and longest step, and by what a step may grow on the one before.
+FIRST, LONGEST, GROWTH = 1e-4, 2.0, 1.6
+
+#: Step below which the motion counts as lost, and what is no angle.
+SHORTEST, TINY = 1e-10, 1e-12
+
+#: By how much a turn may differ from the last, as a share of the largest.
+BENDS = 0.1
+
+#: Attached rod, over eta, that a mesh has at least ahead of the front, and by how much it grows.
+AHEAD, BLOCK = 0.6, 1.2
+
+#: How long a lift takes.
+LIFTING = 6.0
+
+#: p/T0 at a time.
+Pressure = Callable[[float], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The rod at one time.
+
+    Parameters
+    ----------
+    t : float
+    u : ndarray, shape (n, 5)
+        Unknowns of the chain.
+    r, v, a : ndarray, shape (2, n)
+        Place, velocity and acceleration of the nodes.
+    open_to : ndarray, shape (n,)
+        Greatest height of each node so far.
+    dt : float
+        The step that led here; infinite where what was before does not count.
+    r_before, v_before : ndarray, shape (2, n)
+        Places and velocities before it.
+    """
+
+    t: float
+    u: np.ndarray
+    r: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    open_to: np.ndarray
+    dt: float
+    r_before: np.ndarray
+    v_before: np.ndarray
+
+    @property
+    def y(self) -> np.ndarray:
+        """Heights of the nodes."""
+        heights: np.ndarray = self.r[1]
+        return heights
+
+    def longer(self, nodes: int, h: float) -> Moment:
+        """Return the same with more attached rod ahead."""
+        n = len(self.u)
+        more = np.tile(self.u[-1], (nodes, 1))
+        more[:, X] = (n + np.arange(nodes)) * h
+        still = np.zeros((2, nodes))
+        stuck = np.stack([more[:, X], still[1]])
+        return replace(
+            self,
+            u=np.concatenate([self.u, more]),
+            r=np.concatenate([self.r, stuck], axis=1),
+            v=np.concatenate([self.v, still], axis=1),
+            a=np.concatenate([self.a, still], axis=1),
+            open_to=np.concatenate([self.open_to, still[0]]),
+            r_before=np.concatenate([self.r_before, stuck], axis=1),
+            v_before=np.concatenate([self.v_before, still], axis=1),
+        )
+
+
+class Spent(NamedTuple):
+    """What the pressure has done and what drag has taken, over T0 eta^2."""
+
+    work: float = 0.0
+    drag: float = 0.0
+
+
+def step(chain: Chain, at: Moment, dt: float, pressure: float) -> Moment | None:
+    """Take one step, to where the pressure is ``pressure``; None where Newton's method does not settle."""
+    ratio = dt / at.dt
+    behind, lead = ratio**2 / (1.0 + ratio), (1.0 + 2.0 * ratio) / (1.0 + ratio)
+    base = ((1.0 + ratio) * at.r - behind * at.r_before) / lead
+    base_v = ((1.0 + ratio) * at.v - behind * at.v_before) / lead
+    stage = Stage(dt / lead, base, base_v, pressure)
+    u = chain.solve(at.u, stage, at.open_to)
+    if u is None:
+        return None
+    r = chain.places(u)
+    v = (r - base) / stage.span
+    a = (v - base_v) / stage.span if chain.mass else np.zeros_like(v)
+    return Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v)
+
+
+@dataclass(frozen=True)
+class Lift:
+    """A slow lift of the tip, from the plate to a height."""
+
+    start: float
+    height: float
+
+    @property
+    def end(self) -> float:
+        """When the tip is let go of."""
+        return self.start + LIFTING
+
+    def at(self, t: float) -> float:
+        """Return the height at a time: there after half of it, and held until the rest has settled."""
+        share = min(2.0 * (t - self.start) / LIFTING, 1.0)
+        return self.height * share * share * (3.0 - 2.0 * share)
+
+
+def let_go(at: Moment) -> Moment:
+    """Return a rod whose tip was lifted with nothing that holds it any more."""
+    u = at.u.copy()
+    u[0, Z] = at.y[0]
+    return replace(at, u=u, dt=np.inf)
+
+
+def spent(chain: Chain, before: Moment, after: Moment, pressure: Pressure) -> Spent:
+    """Return the work of the pressure, and of what lifts the tip, and that of the drag in a step."""
+    moved = after.r - before.r
+    force = sum(chain.loads(at.u[:, THETA], pressure(at.t)) for at in (before, after))
+    w = chain.share(len(moved[0]))
+    lifted = 0.0
+    if chain.tip_at is not None:
+        lifted = -0.5 * w[0] * float(before.u[0, Z] + after.u[0, Z]) * float(moved[1, 0])
+    dragged = 0.5 * chain.drag * float(np.sum(w * (before.v + after.v) * moved))
+    return Spent(0.5 * float(np.sum(force * moved)) + lifted, dragged)
+
+
+def from_the_end(rate: np.ndarray, end: float, h: float) -> np.ndarray:
+    """Integrate along the links from the stuck end back."""
+    found: np.ndarray = end - h * np.cumsum(rate[::-1])[::-1]
+    return found
+
+
+def begun(chain: Chain, start: Posture, longest: float) -> Moment:
+    """Return a posture on the mesh."""
+    h = chain.h
+    n = math.ceil(min(start.s[-1] + AHEAD + BLOCK, longest) / h)
+    middles = h * (np.arange(n) + 0.5)
+    theta = np.interp(middles, start.s, start.theta, right=0.0)
+    spin = np.interp(middles, start.s, start.spin, right=0.0)
+
+    u = np.zeros((n, UNKNOWNS))
+    u[:, X], y = from_the_end(np.cos(theta), n * h, h), from_the_end(np.sin(theta), 0.0, h)
+    u[:, Z] = np.where(y > 0.0, y, -1.0)
+    u[:, THETA] = theta
+    v = np.stack([from_the_end(-np.sin(theta) * spin, 0.0, h), from_the_end(np.cos(theta) * spin, 0.0, h)])
+    if not chain.mass:
+        v[:] = 0.0
+    r = chain.places(u)
+    return Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v)
+
+
+@dataclass(eq=False)
+class Pacer:
+    """How long a step may be: as long as no link turns, nor changes how it turns, by much.
+
+    Parameters
+    ----------
+    turn : float
+        Largest angle [rad] that a link turns in a step.
+    """
+
+    turn: float
+    dt: float = FIRST
+    rate: np.ndarray | None = None
+
+    def begins(self) -> None:
+        """Begin anew, from a moment whose past does not count."""
+        self.dt, self.rate = FIRST, None
+
+    def taken(
+        self, chain: Chain, at: Moment, end: float, pressure: Pressure, lift: Lift | None = None
+    ) -> Moment:
+        """Take one step, not beyond a time.
+
+        Raises
+        ------
+        NotConverged
+        """
+        while True:
+            dt = min(self.dt, end - at.t)
+            held = chain if lift is None else replace(chain, tip_at=lift.at(at.t + dt))
+            after = step(held, at, dt, pressure(at.t + dt))
+            if after is not None:
+                moved = after.u[:, THETA] - at.u[:, THETA]
+                turned = float(np.abs(moved).max())
+                if turned <= 2.0 * self.turn or dt <= FIRST:
+                    break
+            self.dt = 0.5 * dt
+            if self.dt < SHORTEST:
+                raise NotConverged(
+                    f"the motion was followed to t = {at.t:.6g} tau only: no step is short enough there.",
+                    remedy="Give some drag: without it, what a contact sets going never comes to rest.",
+                )
+        rate = moved / dt
+        known = len(self.rate) if self.rate is not None else 0
+        last = np.zeros_like(rate)
+        if self.rate is not None:
+            last[:known] = self.rate
+        bend = float(np.abs(rate - last).max()) * dt if known else 0.0
+        grows = min(GROWTH, self.turn / max(turned, TINY), math.sqrt(BENDS * self.turn / max(bend, TINY)))
+        self.rate, self.dt = rate, min(dt * grows, LONGEST)
+        return after

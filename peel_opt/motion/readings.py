@@ -1,0 +1,231 @@
+"""What a rod on its mesh is like at a moment, and what a run keeps of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from .chain import NY, THETA, Chain, X
+from .moments import Moment, Spent
+from .run import Track
+from .trajectory import Happening, Ledger, TipPath
+
+#: Shares of a stored shape.
+POINTS = 65
+
+#: Speed below which, and distance still to go over eta below which, nothing moves any more, and the time
+#: over which it must have died away.
+SLOW, REST, WINDOW = 1e-3, 5e-4, 4.0
+
+#: By how much more a tip rises, after it was lifted, that goes on by itself.
+RISEN = 1.5
+
+#: Share of what the bond has lost at the tip by which its height may be off in a rod at rest.
+NEARLY = 0.03
+
+#: Swings of the tip that are compared, as a share of its greatest height the least that count, and the
+#: share of them by which they may differ and be the same.
+CYCLES, SWING, SAME = 4, 0.02, 0.005
+
+#: Tip angles that are named are this far apart [rad].
+ANGLES = 0.5
+
+#: Tip angle [rad] beyond which a rod is folded over.
+FOLDED = -0.5 * math.pi
+
+#: Share of the range of the bond to which a point has been open that is behind the front.
+DAMAGED = 0.01
+
+
+def front_of(chain: Chain, at: Moment) -> float:
+    """Return the arc length of the front, between nodes.
+
+    The rod presses on the plate at the front with all of its force, N_y, in one point.  On the mesh two
+    nodes share it, and the front is where their forces have the same moment.  With damage it is where the
+    bond has been open to a share of its range: what has been open a little is held open by the pressure.
+    """
+    if chain.memory.bond == "damage":
+        return _damaged_to(chain, at)
+    above = np.flatnonzero(at.y > 0.0)
+    if not above.size:
+        return 0.0
+    k = int(above[-1])
+    force = at.u[k:, NY]
+    share = float(force[1:].sum() / force[0]) if force[0] < 0.0 else 0.0
+    return chain.h * (k + 1 + min(max(share, 0.0), 1.0))
+
+
+def _damaged_to(chain: Chain, at: Moment) -> float:
+    """Return where the bond has been open to `DAMAGED` of its range; the opening grows with a third power."""
+    least = DAMAGED / chain.memory.ratio
+    above = np.flatnonzero(at.open_to > least)
+    if not above.size:
+        return 0.0
+    k = int(above[-1])
+    if k + 1 == len(at.open_to):
+        return chain.h * k
+    near, far, wanted = np.cbrt([at.open_to[k], at.open_to[k + 1], least]).tolist()
+    return chain.h * (k + (near - wanted) / (near - far))
+
+
+def missed(chain: Chain, at: Moment, pressure: float) -> float:
+    """Return p y_tip - Phi(y_tip) - int (rho r_tt + c r_t).(e_x - t) ds, with what contact and memory add."""
+    y, w, memory = at.y, chain.share(len(at.u)), chain.memory
+    theta = at.u[:, THETA]
+    along = np.stack([np.cos(theta), np.sin(theta)])
+    along[:, 1:] = 0.5 * (along[:, 1:] + along[:, :-1].copy())
+    resists = chain.mass * at.a + chain.drag * at.v
+    other = memory.holding(y, at.open_to)[0] - memory.pull(y)[0] - chain.pressed(at.u)
+    found = pressure * y[0] - memory.work(y[:1])[0] + np.sum(w * other * along[1])
+    return float(found - np.sum(w * (resists[0] * (1.0 - along[0]) - resists[1] * along[1])))
+
+
+def tail(at: Moment) -> int:
+    """Return how many nodes lie on the plate from the tip on."""
+    return int(np.argmax(at.y > 0.0))
+
+
+def at_rest_in(at: Moment) -> str:
+    """Say in what state a rod has come to rest."""
+    down = tail(at)
+    if down > 1:
+        return "flat fold"
+    if down == 1:
+        return "touching"
+    return "folded" if at.u[0, THETA] < FOLDED else "held"
+
+
+def spin_of(chain: Chain, at: Moment) -> np.ndarray:
+    """Return theta_t at the points of the last shape."""
+    along = np.append(at.v, np.zeros((2, 1)), axis=1)
+    theta = at.u[:, THETA]
+    spin = (np.diff(along[1]) * np.cos(theta) - np.diff(along[0]) * np.sin(theta)) / chain.h
+    s = np.linspace(0.0, front_of(chain, at), POINTS)
+    return np.interp(s, chain.h * (np.arange(len(theta)) + 0.5), spin)
+
+
+class Recorder:
+    """What a run keeps of every step."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.rows: list[list[float]] = []
+        self.shapes: list[np.ndarray] = []
+        self.events: list[Happening] = []
+        self.spent = Spent()
+        self.speeds: list[tuple[float, float]] = []
+        self.turns: list[float] = []
+
+    def add(self, at: Moment, pressure: float, spent: Spent) -> None:
+        """Keep a moment."""
+        chain, u, n = self.chain, at.u, len(at.u)
+        self.spent = Spent(self.spent.work + spent.work, self.spent.drag + spent.drag)
+        w, theta, memory = chain.share(n), u[:, THETA], chain.memory
+        turned = np.diff(np.append(theta, 0.0))
+        front = front_of(chain, at)
+        angle = theta[0] - 0.125 * (theta[1] - theta[0])
+        energies = (
+            0.5 * chain.mass * float(np.sum(w * at.v**2)),
+            0.5 * float(turned @ turned) / chain.h,
+            float(w @ memory.stored(at.y, at.open_to)),
+            *self.spent,
+            float(w @ memory.lost(at.open_to)),
+        )
+        identity = missed(chain, at, pressure)
+        self.rows.append([at.t, front, at.y[0], u[0, X], angle, *energies, identity])
+        s = np.linspace(0.0, front, POINTS)
+        nodes = chain.h * np.arange(n)
+        middles = np.concatenate([[0.0], nodes + 0.5 * chain.h])
+        self.shapes.append(
+            np.stack(
+                [
+                    np.interp(s, nodes, u[:, X]),
+                    np.interp(s, nodes, at.y),
+                    np.interp(s, middles, np.concatenate([[angle], theta])),
+                ]
+            )
+        )
+
+    def happened(self, kind: str) -> None:
+        """Note that something happened at the last moment."""
+        t, front, y, x, angle = self.rows[-1][:5]
+        self.events.append(Happening(kind, t, front, y, x, angle))
+
+    @property
+    def rose(self) -> bool:
+        """Whether a tip that was lifted went on by itself."""
+        lifts = [event for event in self.events if event.kind == "lift"]
+        if not lifts:
+            return False
+        heights = [row[2] for row in self.rows if row[0] >= lifts[-1].t]
+        return max(heights) > RISEN * lifts[-1].y
+
+    def repeats(self) -> bool:
+        """Whether the tip goes up and down as far as it did the last times."""
+        heights = np.array([row[2] for row in self.rows[-3:]])
+        if len(heights) == 3 and (heights[1] - heights[0]) * (heights[2] - heights[1]) < 0.0:
+            self.turns.append(float(heights[1]))
+        swings = np.abs(np.diff(self.turns[-2 * CYCLES :]))
+        if len(swings) < 2 * CYCLES - 1 or swings.min() < SWING * max(self.turns):
+            return False
+        return float(np.ptp(swings)) < SAME * float(swings.max())
+
+    def at_rest(self, at: Moment, pressure: float) -> bool:
+        """Whether what is left of the motion, as it dies away, is too small to matter.
+
+        Where the bond heals, a tip off the plate must have the height that its pressure asks of it: close to
+        T0 what leaves an unstable state is as slow as what comes to rest.
+        """
+        speed = float(np.abs(at.v).max())
+        self.speeds.append((at.t, speed))
+        while len(self.speeds) > 2 and self.speeds[1][0] < at.t - WINDOW:
+            self.speeds.pop(0)
+        then, before = self.speeds[0]
+        if speed > SLOW or at.t - then < WINDOW:
+            return False
+        left = speed * (at.t - then)
+        if speed > 0.0 and left >= REST * math.log(before / speed):
+            return False
+        tip, memory = at.y[:1], self.chain.memory
+        if memory.bond != "reversible" or not tip[0]:
+            return True
+        mean = float(memory.work(tip)[0] / tip[0])
+        return abs(pressure - mean) < NEARLY * max(1.0 - pressure, 1.0 - mean)
+
+    def track(self, spin: np.ndarray, outcome: str) -> Track:
+        """Return it all."""
+        t, front, y, x, angle, *energies, identity = np.array(self.rows).T
+        shapes = np.array(self.shapes)
+        return Track(
+            t=t,
+            front=front,
+            tip=TipPath(y, x, angle),
+            fraction=np.linspace(0.0, 1.0, POINTS),
+            x=shapes[:, 0],
+            y=shapes[:, 1],
+            theta=shapes[:, 2],
+            spin=spin,
+            energy=Ledger(*energies),
+            identity=identity,
+            events=tuple(sorted((*self.events, *self._angles()), key=lambda event: event.t)),
+            outcome=outcome,
+        )
+
+    def _angles(self) -> list[Happening]:
+        """Name when the tip has first turned by each multiple of `ANGLES`, between steps by cubics."""
+        path = np.array(self.rows)[:, :5]
+        angle, found = path[:, 4], []
+        for k in range(1, int(-angle.min() / ANGLES) + 1):
+            i = int(np.argmax(angle <= -k * ANGLES))
+            near = path[max(i - 2, 0) : i + 2]
+            if i == 0 or len(near) < 4 or np.any(np.diff(near[:, 4]) >= 0.0):
+                continue
+            wanted = -k * ANGLES - near[0, 4]
+            numbers = [
+                float(Polynomial.fit(near[:, 4] - near[0, 4], column, 3)(wanted)) for column in near[:, :4].T
+            ]
+            t, front, y, x = numbers
+            found.append(Happening("angle", t, front, y, x, -k * ANGLES))
+        return found

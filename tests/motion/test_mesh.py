@@ -1,0 +1,161 @@
+"""Runs on a mesh that is fixed in the rod: against independent orbits, and where they end (`readings`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+from peel_opt.model.bond import COHESIVE
+from peel_opt.motion.mesh import run_on_mesh
+from peel_opt.motion.run import Posture, Setting, Until
+
+#: Orbits of independent computations, to 1e-7: tip angle, time, front, x and y of the tip.
+ORBITS = {
+    (0.3, 0.9): [
+        (-1.0, 0.0, 3.64493841, 0.85265751, 1.95962308),
+        (-1.5, 2.20762408, 3.51085988, 1.73551122, 2.43860484),
+        (-2.0, 4.02339985, 3.40604291, 2.67565186, 2.47614157),
+        (-2.5, 5.73059879, 3.29663851, 3.43680291, 2.09647879),
+        (-3.0, 7.586825, 3.17724219, 3.86872579, 1.44351957),
+    ],
+    (0.566, 0.4): [
+        (-1.5, 0.0, 3.8064007, 1.92528, 2.6927433),
+        (-2.0, 12.246966, 4.150443, 3.3942614, 3.0990769),
+        (-2.5, 22.971071, 4.2981435, 4.6948801, 2.7966493),
+    ],
+}
+
+#: With rho = c = 1 in units of the inertial time; the last column is the kinetic energy.
+THROWN = [
+    (-1.5, 2.55770935, 3.58874396, 1.78508336, 2.5018286, 0.0901934),
+    (-2.5, 6.13763403, 3.46827857, 3.68199465, 2.21051038, 0.1257529),
+    (-3.0, 7.52234746, 3.39782529, 4.221041, 1.52595603, 0.1360542),
+]
+
+
+def start_of(ratio, pressure, stretch=1.03):
+    eq = po.length_given_pressure(po.Rod.from_ratio(ratio), pressure)
+    return Posture(eq.s * stretch, eq.theta, np.zeros_like(eq.s))
+
+
+def run(ratio, pressure, resolution=0, *, bond="reversible", mass=0.0, drag=1.0, stretch=1.03, **until):
+    setting = Setting(ratio, COHESIVE, pressure, mass, drag, bond)
+    end = Until(until.get("time", 2000.0), until.get("contact", False))
+    return run_on_mesh(setting, start_of(ratio, pressure, stretch), end, resolution=resolution)
+
+
+def named(track, angle):
+    return next(e for e in track.events if e.kind == "angle" and e.angle == angle)
+
+
+def missed_orbit(track, orbit):
+    first = named(track, orbit[0][0]).t
+    missed = []
+    for angle, t, front, x, y in orbit:
+        event = named(track, angle)
+        missed.append((event.t - first - t, event.front - front, event.x - x, event.y - y))
+    return np.abs(missed).max(axis=0)
+
+
+@pytest.mark.parametrize("cell", ORBITS)
+def test_orbits_are_those_of_front_tracking_and_come_nearer_on_a_finer_mesh(cell):
+    coarse, fine = (run(*cell, resolution=i) for i in (0, 1))
+    for track, scale in ((coarse, 1.0), (fine, 0.4)):
+        time, *places = missed_orbit(track, ORBITS[cell])
+        assert time < 0.3 * scale
+        assert max(places) < 5e-3 * scale
+        assert track.outcome == "folded"
+        assert np.abs(track.energy.defect).max() < 2e-3 * scale
+        assert np.abs(track.identity[1:]).max() < 3e-3 * scale
+    eq = po.length_given_pressure(po.Rod.from_ratio(cell[0]), cell[1], state="folded")
+    assert fine.front[-1] == pytest.approx(eq.length_ratio, abs=5e-4)
+    assert fine.tip.y[-1] == pytest.approx(eq.tip_height, abs=5e-3)
+
+
+def test_a_rod_with_mass_is_thrown_as_by_front_tracking():
+    track = run(0.3, 0.9, 1, mass=1.0, stretch=1.005, contact=True)
+    first = named(track, -1.0).t
+    for angle, t, front, x, y, kinetic in THROWN:
+        event = named(track, angle)
+        assert event.t - first == pytest.approx(t, abs=0.02)
+        assert (event.front, event.x, event.y) == pytest.approx((front, x, y), abs=5e-3)
+        assert np.interp(event.t, track.t, track.energy.kinetic) == pytest.approx(kinetic, abs=1e-3)
+    assert np.abs(track.energy.defect[:-1]).max() < 1e-3  # the tip of a mesh does not bounce
+
+
+def test_orbits_from_two_starts_are_one():
+    runs = [run(0.3, 0.9, 1, stretch=stretch) for stretch in (1.03, 1.003)]
+    fronts = [[named(track, angle).front for angle in (-1.5, -2.0, -2.5, -3.0)] for track in runs]
+    assert fronts[0] == pytest.approx(fronts[1], abs=2e-3)
+
+
+#: Ratio, pressure, outcome, greatest and last front; (0.5, 0.5) swings without touching the plate.
+ENDS = [
+    (1.0, 0.9, "flat fold", 6.48, 6.14),
+    (2.0, 0.5, "flat fold", 8.79, 8.54),
+    (1.0, 0.5, "folded", None, 4.445),
+    (0.566, 0.6, "flapping", None, None),
+]
+
+MORE_ENDS = [
+    *(
+        (r, P, "folded", None, None)
+        for r, P in [(0.05, 0.96), (0.05, 0.999), (0.2, 0.99), (0.3, 0.96), (0.3, 0.8)]
+    ),
+    *(
+        (r, P, "folded", None, None)
+        for r, P in [(0.4, 0.7), (0.566, 0.4), (1.0, 0.3), (0.5, 0.9), (0.566, 0.9)]
+    ),
+    *((r, P, "folded", None, None) for r, P in [(0.566, 0.8), (2.0, 0.2)]),
+    *((r, P, "flapping", None, None) for r, P in [(0.5, 0.5), (1.0, 0.6)]),
+    *((r, P, "flat fold", None, None) for r, P in [(0.5, 0.99), (0.566, 0.96), (0.7, 0.9)]),
+    (1.0, 0.99, "flat fold", 10.53, 10.44),
+    (1.0, 0.96, "flat fold", 7.95, 7.83),
+    (1.0, 0.8, "flat fold", 5.75, 5.234),
+    (1.0, 0.7, "flat fold", 5.47, 4.88),
+    (2.0, 0.9, "flat fold", 20.76, 20.76),
+    (2.0, 0.8, "flat fold", 16.53, 16.53),
+    (2.0, 0.7, "flat fold", 13.37, 13.37),
+    (2.0, 0.6, "flat fold", 10.79, 10.73),
+    (2.0, 0.4, "flat fold", 7.59, 7.12),
+    (2.0, 0.3, "flat fold", 7.13, 6.44),
+    (0.566, 0.99, "flat fold", 5.28, 4.83),
+]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "pressure", "outcome", "most", "last"),
+    [*ENDS, *(pytest.param(*row, marks=pytest.mark.slow) for row in MORE_ENDS)],
+)
+def test_where_snaps_end(ratio, pressure, outcome, most, last):
+    track = run(ratio, pressure)
+    assert track.outcome == outcome
+    if most is not None:
+        assert track.front.max() == pytest.approx(most, rel=5e-3)
+    if last is not None:
+        assert track.front[-1] == pytest.approx(last, rel=5e-3)
+    if outcome == "flat fold":
+        assert track.theta[-1, 0] == pytest.approx(-np.pi, abs=1e-6)
+        loop = po.flat_fold(po.Rod.from_ratio(ratio), pressure)
+        down = np.flatnonzero(track.y[-1] > 0.0)[0] - 1
+        landing = track.fraction[down] * track.front[-1]
+        assert track.front[-1] - landing == pytest.approx(loop.length_ratio, abs=0.03 * track.front[-1])
+    if outcome == "folded":
+        eq = po.length_given_pressure(po.Rod.from_ratio(ratio), pressure, state="folded")
+        assert track.front[-1] == pytest.approx(eq.length_ratio, rel=5e-3)
+
+
+def test_a_flaw_that_is_too_short_closes_and_a_rod_may_run_out():
+    assert run(0.566, 0.6, stretch=0.97).outcome == "closes"
+    setting = Setting(2.0, COHESIVE, 0.9, 0.0, 1.0, "reversible", 8.0)
+    track = run_on_mesh(setting, start_of(2.0, 0.9), Until(500.0, contact=False))
+    assert track.outcome == "end of rod"
+    assert track.front[-1] < 8.0
+
+
+def test_contact_is_where_a_run_may_be_told_to_stop():
+    track = run(0.566, 0.6, contact=True)
+    assert track.outcome == "contact"
+    assert track.tip.y[-1] == 0.0
+    assert track.energy.bond_loss.max() == 0.0
