@@ -99,7 +99,7 @@ def forces_on(eq: Equilibrium, x: np.ndarray, y: np.ndarray, stretch: float, lon
     force = adhesive_force(eq)
     unit = max(float(np.abs(force).max()), eq.beta0)
     share = abs(eq.alpha) / unit if unit > 0.0 else 1.0
-    magnified = _round_up(READABLE / share) if 0.0 < share < READABLE else 1.0
+    magnified = magnification(share)
     size = longest * share * magnified
     u, v = -size * np.sin(turned), size * np.cos(turned) / stretch
     foot_x, foot_y = at(between, x), at(between, y)
@@ -115,6 +115,11 @@ def forces_on(eq: Equilibrium, x: np.ndarray, y: np.ndarray, stretch: float, lon
     # A force away from the plate is no adhesion, whatever side of the plate the rod is on.
     away = pull * np.where(at(on, y) < 0.0, -1.0, 1.0) > 0.0
     return Forces(pressure, vertical.pick(drawn & ~away), vertical.pick(drawn & away), magnified)
+
+
+def magnification(share: float) -> float:
+    """Return how much longer arrows are drawn whose force has this share of the largest: 1, 2, 5, 10 ..."""
+    return _round_up(READABLE / share) if 0.0 < share < READABLE else 1.0
 
 
 def _stations(run: np.ndarray, acts: np.ndarray) -> np.ndarray:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
@@ -215,19 +216,17 @@ def _mark(ax: Axes, mark: Mark) -> None:
 def _lay(ax: Axes, panel: Panel, ground: Ground) -> None:
     """Draw plate and y0, and tie the scales to each other."""
     wide, high = panel.x.high - panel.x.low, panel.y.high - panel.y.low
-    plate = Rectangle(
-        (panel.x.low - 10.0 * wide, panel.y.low - 10.0 * high),
-        30.0 * wide,
-        10.0 * high - panel.y.low,
-        facecolor="#F4F4F4",
-        edgecolor="#C8C8C8",
-        hatch="////",
-        linewidth=0.0,
-        zorder=0,
-    )
+    look: dict[str, Any] = {"facecolor": "#F4F4F4", "edgecolor": "#C8C8C8", "hatch": "////"}
+    look |= {"linewidth": 0.0, "zorder": 0}
+    plate: Patch
+    if ground.solid is None:
+        corner = panel.x.low - 10.0 * wide, panel.y.low - 10.0 * high
+        plate = Rectangle(corner, 30.0 * wide, 10.0 * high - panel.y.low, **look)
+        ax.axhline(0.0, color=style.PLATE, linewidth=0.8, zorder=1)
+    else:
+        plate = Polygon(np.column_stack(ground.solid), closed=True, **look)
     plate.set_gid("plate")
     ax.add_patch(plate)
-    ax.axhline(0.0, color=style.PLATE, linewidth=0.8, zorder=1)
     if ground.y0 is not None:
         _mark_range(ax, ground.y0, ground.shows_y0)
     ax.set_aspect(ground.stretch, adjustable="box")

@@ -110,12 +110,15 @@ class Ground:
         Whether it is within the picture.
     ticks : tuple of float
         Lowest and highest height that is worth a tick.
+    solid : tuple of ndarray or None
+        Outline (x, y) of what lies behind a wall that is not flat.
     """
 
     stretch: float
     y0: float | None
     shows_y0: bool
     ticks: tuple[float, float]
+    solid: tuple[np.ndarray, np.ndarray] | None = None
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from .forces import ForceArrows, forces_on
 from .frame import Frame, stage
 from .mpl import draw_panel
 from .panels import Arrows, Line, Mark, Panel
+from .scene import scene_panel
 from .words import AxisUnit, length_unit, load, title, warnings_of
 
 
@@ -63,9 +64,9 @@ def rod_panel(eq: Equilibrium) -> Panel:
         If nothing was found that could be drawn.
     """
     _require_shape(eq)
-    if eq.scene is not None:
-        return _scene_panel(eq)
     unit = length_unit(eq.rod, eq.length)
+    if eq.scene is not None:
+        return scene_panel(eq, _range(eq, unit))
     x, y = eq.x / unit.size, eq.y / unit.size
     frame = stage(x, y, _range(eq, unit))
     forces = forces_on(eq, x, y, frame.stretch, frame.arrow)
@@ -89,34 +90,6 @@ def rod_panel(eq: Equilibrium) -> Panel:
         title(eq),
         tuple(warnings_of(eq.flags)),
         ground=frame.ground,
-    )
-
-
-def _scene_panel(eq: Equilibrium) -> Panel:
-    """Return the shape of a rod over the wall of its scene; what acts on it is named, not drawn."""
-    unit = length_unit(eq.rod, eq.length)
-    x, y = eq.x / unit.size, eq.y / unit.size
-    frame = stage(x, y, _range(eq, unit))
-    across, up = frame.axes(unit, np.stack([x, y], axis=-1))
-    curvature = eq.numbers.get("curvature", 0.0) * unit.size
-    along = np.linspace(-1.2 * eq.length, 0.5 * eq.length, 101) / unit.size
-    turned = along * curvature
-    wall = (
-        along * np.sinc(turned / np.pi),
-        0.5 * along**2 * curvature * np.sinc(0.5 * turned / np.pi) ** 2,
-    )
-    glued = along >= 0.0
-    lines = (Line("straight", *wall), Line("attached", wall[0][glued], wall[1][glued]), *_rod(x, y, None))
-    ends = ((0, "tip", "$s = 0$"), (-1, "detachment", r"detachment $s = \bar s$"))
-    named = ", ".join(eq.numbers) or "its pressure"
-    return Panel(
-        across,
-        up,
-        lines,
-        tuple(Mark(look, float(x[i]), float(y[i]), meaning) for i, look, meaning in ends),
-        (),
-        title(eq),
-        (*warnings_of(eq.flags), f"acting, but not drawn: {named.replace('_', ' ')}"),
     )
 
 

@@ -18,6 +18,8 @@ ADHESION = "#0072B2"
 RANGE = "#009E73"
 WARNING = "#A3327C"  # their reddish purple, darkened so that text in it can be read on white
 HERE = "#E69F00"  # the state, in every panel of a page
+SKY = "#56B4E9"
+ROSE = "#CC79A7"
 PLATE = "#9A9A9A"
 SPURIOUS = "#A8A8A8"
 STRAIGHT = "#6E6E6E"
@@ -73,6 +75,17 @@ STROKES: dict[str, Stroke] = {
     "pressure": Stroke(PRESSURE, 1.2),
     "adhesion": Stroke(ADHESION, 1.2),
     "repulsion": Stroke(WARNING, 1.2, hollow=True),
+    "weight": Stroke(STRAIGHT, 1.2),
+    "friction": Stroke(RANGE, 1.2),
+    "drag": Stroke(SKY, 1.2),
+    "load": Stroke(ROSE, 1.2),
+    "tip-force": Stroke(ROD, 1.6),
+    "moment": Stroke(ROD, 1.6),
+    "arc": Stroke(ROD, 1.6),
+    "wall": Stroke(PLATE, 1.0),
+    "range": Stroke(RANGE, 1.2, (1.2, 1.8)),
+    "mirror": Stroke(SPURIOUS, ROD_WIDTH),
+    "unbonded": Stroke(HERE, ROD_WIDTH),
     "straight": Stroke(STRAIGHT, 1.3),
     "straight-unstable": Stroke(STRAIGHT, 1.1, DASHED),
     "spurious": Stroke(SPURIOUS, 1.4),
@@ -112,6 +125,7 @@ class Marker:
 MARKS: dict[str, Marker] = {
     "tip": Marker("o", "circle", ROD, hollow=True),
     "detachment": Marker("o", "circle", ROD),
+    "glue": Marker("|", "dash", ROD, size=9.0),
     "member": Marker("o", "circle", ROD, size=4.5),
     "BP": Marker("o", "circle", ROD, hollow=True),
     "LP-lambda": Marker("s", "square", PRESSURE),

@@ -73,7 +73,10 @@ class Picture:
         self.marks = ColumnDataSource({key: [] for key in _MARKS})
         self.here = ColumnDataSource({"x": [], "y": []})
         self.items: dict[str, LegendItem] = {}
-        self.ground = self._lay() if ground else None
+        self.ground: tuple[Span, Label] | None = None
+        self.plate: BoxAnnotation | None = None
+        if ground:
+            self.ground, self.plate = self._lay()
         self._add_lines()
         self._add_arrows()
         self.figure.add_layout(_legend(list(self.items.values())), "above")
@@ -93,8 +96,8 @@ class Picture:
 
     # --- what it is made of ----------------------------------------------------------------
 
-    def _lay(self) -> tuple[Span, Label]:
-        """Put the plate under the picture; return the line y = y0 and its name."""
+    def _lay(self) -> tuple[tuple[Span, Label], BoxAnnotation]:
+        """Put the plate under the picture; return the line y = y0 with its name, and the plate."""
         fig = self.figure
         fig.x_range.update(start=-1.05, end=0.35)
         fig.y_range.update(start=-0.18, end=0.65)
@@ -130,7 +133,7 @@ class Picture:
         )
         for layer in (plate, line, name):
             fig.add_layout(layer)
-        return line, name
+        return (line, name), plate
 
     def _add_lines(self) -> None:
         for each, source in self.lines.items():
@@ -241,7 +244,7 @@ class Picture:
     def _spans(self, panel: Panel) -> Updates:
         """Return what shows the ranges of a picture."""
         x, y = self.figure.x_range, self.figure.y_range
-        if self.ground is None or panel.ground is None:
+        if self.ground is None or self.plate is None or panel.ground is None:
             return [*_fit(x, panel.x.low, panel.x.high), *_fit(y, panel.y.low, panel.y.high)]
         # Both scales as the stretch says; what is left over is shown on both sides, and above.
         stretch, wide, high = panel.ground.stretch, look.FRAME_WIDTH, look.FRAME_HEIGHT
@@ -250,6 +253,7 @@ class Picture:
         line, name = self.ground
         shows, y0 = panel.ground.shows_y0, panel.ground.y0
         return [
+            (self.plate, {"visible": panel.ground.solid is None}),
             *_fit(x, middle - 0.5 * pixel * wide, middle + 0.5 * pixel * wide, steady=False),
             *_fit(y, low, low + pixel * high / stretch, steady=False),
             (line, {"visible": shows, **({"location": y0} if shows else {})}),
