@@ -82,6 +82,7 @@ from .equilibria.trace import trace as trace
 from .model import profiles as profiles
 from .model.blister import Blister as Blister
 from .model.bond import CohesiveLaw as CohesiveLaw
+from .model.layer import ElasticLayer as ElasticLayer
 from .model.loads import Drag as Drag
 from .model.loads import Pressure as Pressure
 from .model.loads import SkinFriction as SkinFriction

@@ -114,7 +114,7 @@ def energy_terms(eq: Equilibrium) -> EnergyTerms:
     Raises
     ------
     InvalidInput
-        If it is of no rod, or carries no discrete solution.
+        If it is of no rod, carries no discrete solution, or lies on an elastic layer.
     NotConverged
         If it cannot be solved again on a finer mesh, to tell the error.
     """
@@ -152,6 +152,11 @@ def _in_a_scene(eq: Equilibrium) -> Equilibrium:
             remedy="Compute it again; files and other processes keep the shape only.",
         )
     if isinstance(eq.scene, Scene):
+        if eq.scene.layer is not None:
+            raise InvalidInput(
+                "energies are those of the detached rod: on an elastic layer the attached one bends, too.",
+                remedy="Take law (8), the limit of a stiff layer.",
+            )
         return eq
     scene = Scene(eq.rod, law=eq.source.law)
     if eq.answered == "length_ratio":

@@ -307,7 +307,7 @@ def is_flat(profile: Profile) -> bool:
     Where the reaction at the edge vanishes, shapes that leave it at an angle branch off: there the
     rod is under the plate, and the identity does not imply Theta(1) = 0.
     """
-    return bool(abs(profile.scalars.A * profile.values[-1, -1, 0]) < FLAT)
+    return bool(abs(profile.angle_at_plate) < FLAT)
 
 
 def _resolution(point: Point) -> float:

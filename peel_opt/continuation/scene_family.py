@@ -24,7 +24,7 @@ from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSp
 from .family import Family
 from .points import Point, place_of
 from .primary import Candidate, crossings, primary_branch
-from .scene_starts import SmallState, buckled, curled, split, swollen
+from .scene_starts import SmallState, buckled, curled, layered, split, swollen
 from .special import LENGTH, Located, Monitor, locate
 
 #: Tip angles [rad] at which a scene is entered, one after the other: at a fixed angle, where neither p
@@ -36,6 +36,10 @@ SHORTEST = 1e-3
 
 #: Detached length over eta below which a state counts as vanished.
 SHORT = 1e-6
+
+#: Detached length, in lengths of decay of the attached rod, below which none is followed on a layer: the
+#: pressure that it takes grows without limit.
+LEVER = 0.3
 
 #: Height of a tip, as a share of the largest, below which its least one is that of a touch.
 NEAR = 0.02
@@ -167,8 +171,8 @@ class SceneBranch:
     ends : tuple of str
         Why the walk ended before its first and after its last point: "T", where the rod lies on its
         wall; "rest", where it comes to rest on its wall or its pressure vanishes; "below", where it would
-        have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "long",
-        "touched", "suction", "unbounded", "stalled" or "limit".
+        have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "short",
+        "long", "touched", "suction", "unbounded", "stalled" or "limit".
     """
 
     family: SceneFamily
@@ -378,9 +382,11 @@ def _least(family: SceneFamily, last: Point) -> list[Point]:
 
 def _towards_rest(family: SceneFamily, point: Point) -> str:
     """Say that the rod has come to rest on its wall, has vanished, or would have to go through it."""
-    s = point.scalars
+    s, scene = point.scalars, family.scene
     if s.sigma < SHORT:
         return "rest"
+    if scene.layer is not None and s.sigma * scene.layer.decay(_found(point)) < LEVER:
+        return "short"
     if family.free is None and s.pressure_ratio < 0.0:
         return "rest"
     return "below" if gap_at_tip(point) < -BELOW else ""
@@ -398,7 +404,11 @@ def _towards_contact(family: SceneFamily, point: Point) -> str:
         return "lifts" if lifts else ""
     heights = point.profile.heights()
     folded = s.A > 1.0
-    return "contact" if heights[0, 0] < (TOUCHING if folded else -BELOW) * np.abs(heights).max() else ""
+    layer = family.scene.layer
+    glued = layer.yields_at(_found(point)) if layer is not None else 0.0
+    return (
+        "contact" if heights[0, 0] - glued < (TOUCHING if folded else -BELOW) * np.abs(heights).max() else ""
+    )
 
 
 def _found(point: Point) -> dict[str, float]:
@@ -439,14 +449,24 @@ def _ways(family: SceneFamily) -> Iterator[tuple[Profile, Callable[[float], Scen
     scene = family.scene
     if scene.bond is not LINE and isinstance(scene.tip, TipLoad):
         for A in _entries(family):
-            if (profile := _plain(family, A)) is not None:
+            if (profile := _plain(family, A)) is None:
+                continue
+            if scene.layer is None:
                 yield profile, _into(family), Closure("amplitude", A)
+            else:
+                yield from _way_from(family, layered(scene, profile))
         return
     for first in _small(scene):
-        start = first(scene, family.closure.value)
-        way = _into(family, start)
-        if (found := way(0.0).solve(start.profile, start.held)) is not None:
-            yield found[0].profile(found[1].x), way, start.held
+        yield from _way_from(family, first(scene, family.closure.value))
+
+
+def _way_from(
+    family: SceneFamily, start: SmallState
+) -> Iterator[tuple[Profile, Callable[[float], SceneFamily], Closure]]:
+    """Yield a small state once it is solved for, with the way into the scene."""
+    way = _into(family, start)
+    if (found := way(0.0).solve(start.profile, start.held)) is not None:
+        yield found[0].profile(found[1].x), way, start.held
 
 
 def _small(scene: Scene) -> tuple[Callable[[Scene, float], SmallState], ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ..model.scene import Scene
 from ..model.tips import Middle
 from ..residual.closures import Closure
 from ..residual.discretisation import PROFILE_POINTS, chebyshev
+from ..residual.scene_fields import REACHES, SAMPLED
 from ..residual.scene_spectral import SceneProfile
 
 #: The root of tan(g) = tanh(g) at which a symmetric strip leaves its wall, sbar = g (k y0/T0)^(1/4).
@@ -35,6 +36,9 @@ BEAM = 0.3
 
 #: EA over the square of the curvature at the front with which a strip with slack begins.
 SOFT = 16.0
+
+#: K eta/T0, at least, of the elastic layer that is softened on the way into a scene.
+STIFF = 1e6
 
 #: Gauss nodes for what the kernel takes up of a slack.
 NODES = 16
@@ -198,6 +202,29 @@ def buckled(scene: Scene, ratio: float) -> SmallState:
     numbers = {**q, **dict(instead), "thrust": thrust, "pressure": pressure}
     profile = _profile(scene, fields, scalars, numbers, (math.pi**2 / A, 0.0))
     return SmallState(profile, Closure("pressure", pressure), entered=1.0, instead=instead)
+
+
+def layered(scene: Scene, plain: SceneProfile) -> SmallState:
+    """Return a plain rod's state on a stiff layer, which softens on the way to that of the scene.
+
+    Its reaction R becomes a shear force with the moment R/lam + T0/(2 lam^2), lam = (K/4k)^(1/4), and the
+    attached rod is a beam on a foundation, y = e^(-lam z) (a cos(lam z) + b sin(lam z)).
+    """
+    assert scene.layer is not None
+    s, ratio = plain.scalars, plain.numbers["ratio"]
+    stiffness = max(scene.numbers["layer_stiffness"], STIFF * max(1.0, ratio))
+    instead = (("layer_stiffness", stiffness),)
+    numbers = {**plain.numbers, **dict(instead)}
+    decay = float(scene.layer.decay(numbers))
+    reaction = -s.A / s.sigma**2 * plain.values[-1, -1, 3]
+    a, b = 1.0 / stiffness, -0.5 * (reaction / decay + 0.5 / decay**2) / decay**2
+    ends = np.cumsum((0.0, *REACHES))
+    z = ends[:-1, None] + np.outer(REACHES, _points())
+    bend = 2.0 * decay**3 * np.exp(-z) * ((a + b) * np.cos(z) + (b - a) * np.sin(z))
+    attached = np.zeros((len(REACHES), PROFILE_POINTS, len(SAMPLED)))
+    attached[:, :, SAMPLED.index("ny")] = bend * s.sigma**2 / s.A  # as much as it takes for Theta''
+    profile = replace(plain, numbers=numbers, attached=attached)
+    return SmallState(profile, Closure("amplitude", float(s.A)), 0.0, instead)
 
 
 def _points() -> np.ndarray:

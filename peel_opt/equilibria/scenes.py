@@ -51,7 +51,7 @@ MOST_REFINEMENTS = 5
 DEFAULT = ("lifted", "unfolded")
 
 #: Ends of a branch beyond which it may go on.
-GIVEN_UP = {"touched", "stalled", "limit", "long", "suction", "unbounded"}
+GIVEN_UP = {"short", "touched", "stalled", "limit", "long", "suction", "unbounded"}
 
 
 @one_thread
@@ -428,6 +428,7 @@ def report(
     opened = problem.profile(x).heights()
     gaps = source.gaps()
     reaction = -float(shape.Ny[-1])
+    pull = problem.pull_ahead(x) if scene.layer is not None else 0.0
     present = {
         "y > y0": bool(opened.max() > scene.bond.holds_to + HEIGHT_NOISE),
         "p < 0": s.pressure_ratio < -HEIGHT_NOISE,
@@ -435,10 +436,14 @@ def report(
         "overhang": np.abs(shape.theta).max() > 0.5 * np.pi,
         "self-contact": shape.crosses_itself(),
         "edge pulled": reaction < 0.0 and not scene.line_energy,
+        "fails ahead": pull > 1.0,
         "tip pulled": q.get("reaction", 0.0) < 0.0,
     }
     measured = scene.dimensions | dict.fromkeys(scene.reactions, FORCE)
     numbers = {name: q[name] * kind.size(rod) for name, kind in measured.items()}
+    if scene.layer is not None:
+        rigid = scene.layer.rigid_length(s.sigma, reaction / s.sigma**2, q)
+        numbers |= {"pull_ahead": rod.pressure(pull), "rigid_length": rod.length(rigid)}
     certified = error <= tol and missed <= tol
     return Equilibrium(
         rod=rod,

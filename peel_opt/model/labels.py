@@ -72,6 +72,7 @@ FLAGS = {
     "self-contact": "the rod crosses itself: contact is not modelled",
     "edge pulled": "the wall would have to pull at the detachment point",
     "tip pulled": "the wall would have to pull at the tip that rests on it",
+    "fails ahead": "the layer is pulled beyond its strength ahead of the front",
 }
 
 #: Flags that make a state unphysical under the law it was computed with.

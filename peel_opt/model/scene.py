@@ -27,6 +27,7 @@ from ..base.checks import finite, listed, non_negative, positive
 from ..base.errors import InvalidInput
 from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
 from .dimension import CURVATURE, ENERGY, FORCE, LENGTH, NUMBER, Dimension
+from .layer import ElasticLayer
 from .loads import Force, Load, Pressure
 from .mixed_bonds import LINE, Bond, Opening
 from .place import Numbers, Place
@@ -63,8 +64,8 @@ class Scene:
     tip : TipLoad or Contact
         What is done to the tip; `Contact` where the rod curls into its wall.  `Blister` is half of a strip.
     law : CohesiveLaw, Bond or str
-        Any `CohesiveLaw`, `EffectiveOpening` or `ShearSprings`.  "auto" is law (8); "none" leaves the line
-        energy alone to hold the rod.
+        Any `CohesiveLaw`, `EffectiveOpening`, `ShearSprings` or `ElasticLayer`.  "auto" is law (8);
+        "none" leaves the line energy alone to hold the rod.
     natural_curvature : float
         Curvature [1/m] of the rod without loads; on a flat wall, one that lifts the tip is positive.
     unbonded : float
@@ -112,11 +113,30 @@ class Scene:
         object.__setattr__(self, "glued_strain", finite("glued_strain", self.glued_strain))
         self._require_names()
         self._require_front()
+        self._require_layer()
         if isinstance(self.tip, Middle) and not self.is_flat:
             raise InvalidInput("half of a symmetric strip is modelled on a flat wall.")
         if self.bond.slips and not self.is_flat:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
+            )
+
+    def _require_layer(self) -> None:
+        """Raise where an elastic layer is not modelled."""
+        if self.layer is None:
+            return
+        rod = self.rod
+        if self.layer.stiffness <= (least := rod.adhesion_strength / rod.adhesion_range):
+            raise InvalidInput(
+                f"a layer of {self.layer.stiffness:.6g} is as soft as its bond: T0/y0 = {least:.6g}.",
+                remedy="Give a stiffness well above T0/y0.",
+            )
+        others = self.unbonded or self.line_energy or self.stretch is not None
+        if others or not self.is_flat or isinstance(self.tip, Contact):
+            raise InvalidInput(
+                "an elastic layer is modelled on a flat wall, under a rod that does not stretch, glued up to"
+                " a tip that is free or the middle of a strip, without a line energy.",
+                remedy="Leave out one of them.",
             )
 
     def _require_front(self) -> None:
@@ -165,6 +185,11 @@ class Scene:
             ) from error
 
     @property
+    def layer(self) -> ElasticLayer | None:
+        """The layer on which the attached rod moves, if there is one."""
+        return self.bond if isinstance(self.bond, ElasticLayer) else None
+
+    @property
     def is_flat(self) -> bool:
         """Whether the wall is flat."""
         return isinstance(self.wall, Flat)
@@ -211,6 +236,7 @@ class Scene:
     def keeps_flat(self) -> bool:
         """Whether the attached rod is an equilibrium at some pressure at every length: T exists."""
         loads = all(load.keeps_flat for load in self.loads) and not self.unbonded and not self.line_energy
+        loads = loads and self.layer is None
         if isinstance(self.tip, Middle):
             return loads and self.tip.slack is None
         tip = isinstance(self.tip, TipLoad) and self.tip.keeps_flat
@@ -223,7 +249,7 @@ class Scene:
         pulled = q.get("force", 0.0) * math.sin(q.get("angle", 0.0)) > 0.0
         curled = self.imposed_curvature
         lifted = bool(self.unbonded) or curled > 0.0 or (pulled and curled == 0.0)
-        return lifted and not self.line_energy  # which no small load overcomes
+        return lifted and not self.line_energy and self.layer is None  # which no small load overcomes
 
     @property
     def imposed_curvature(self) -> float:
@@ -275,6 +301,15 @@ class Scene:
         r = q["ratio"]
         lost, shear = self.bond.tractions(piece, gap * r, at.slip * r, q)
         return x + (lost - 1.0) * nx - shear, y + (lost - 1.0) * ny
+
+    def attached(self, at: Place, q: Numbers) -> tuple[Any, Any]:
+        """Return (N_x', N_y') of the attached rod on its layer."""
+        return 0.0, -q["layer_stiffness"] * self.wall.gap(at, q)[0]
+
+    def yielding(self, at: Place, q: Numbers) -> Any:
+        """Return what vanishes at the front on a layer."""
+        assert self.layer is not None
+        return self.opening(at, q) - self.layer.yields_at(q)
 
     def opening(self, at: Place, q: Numbers) -> Any:
         """Return what decides on the piece of the law: the gap over y0, for most bonds."""
@@ -407,7 +442,8 @@ def _as_bond(law: object) -> Bond:
         return law
     raise InvalidInput(
         f"law of a scene must be a CohesiveLaw or a bond, got {law!r:.60}.",
-        remedy='Leave it out for law (8), or give "linear", a CohesiveLaw, EffectiveOpening or ShearSprings.',
+        remedy='Leave it out for law (8), or give "linear", "none", a CohesiveLaw, EffectiveOpening,'
+        " ShearSprings or ElasticLayer.",
     )
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.errors import NotConverged
+from ..base.errors import InvalidInput, NotConverged
 from ..model.place import Numbers, Place
 from ..model.scene import Scene
 
@@ -84,9 +84,13 @@ def march(scene: Scene, q: Numbers, sbar: float, tip: Tip) -> March:
 
     Raises
     ------
+    InvalidInput
+        If the rod lies on an elastic layer, on which an integration away from the front explodes.
     NotConverged
         If the integration fails, or changes its piece of the law without end.
     """
+    if scene.layer is not None:
+        raise InvalidInput("the attached rod on an elastic layer is not marched over.")
     law = scene.bond.law
     slip = tip.x + sbar * (1.0 + q.get("glued_strain", 0.0))
     state = np.array([tip.theta, tip.curvature, tip.Nx, tip.Ny, tip.x, tip.y, slip, 0.0])

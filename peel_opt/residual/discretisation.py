@@ -72,6 +72,11 @@ class Profile:
     values: np.ndarray
     scalars: Scalars
 
+    @property
+    def angle_at_plate(self) -> float:
+        """theta where the rod lies on the plate [rad]."""
+        return float(self.scalars.A * self.values[-1, -1, 0])
+
     def in_phase(self, phase: int, zeta: np.ndarray) -> np.ndarray:
         """Fields at local coordinates of one phase, shape (len(zeta), 5)."""
         nodes, weights = chebyshev(self.values.shape[1])
@@ -147,6 +152,8 @@ class Discretisation(ABC):
         self.inner = slice(field_count, field_count + len(phases) - 1)
         self.extra = slice(self.inner.stop, self.size - len(SCALARS))
         self.tail = slice(self.extra.stop, self.size)
+        #: Unknowns that are samples of one field each, and are measured together.
+        self.blocks: tuple[slice, ...] = (self.fields,)
 
     @property
     def weight(self) -> int:

@@ -179,8 +179,9 @@ def newton(
 def _block_scale(problem: Discretisation, x: np.ndarray) -> np.ndarray:
     """Size of each unknown's block: its fields together, every scalar for itself."""
     scale = 1.0 + np.abs(x)
-    if problem.field_count:
-        scale[problem.fields] = scale[problem.fields].max()
+    for block in problem.blocks:
+        if block.stop > block.start:
+            scale[block] = scale[block].max()
     return scale
 
 

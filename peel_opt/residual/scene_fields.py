@@ -8,6 +8,7 @@ wall plus the amplitude times Theta,
 
 so that a rod that lies on its wall is no solution.  Lengths are over eta, forces over T0 eta.  A rod that
 stretches has its strain at the nodes among the unknowns: what it does to the shape is what loads it.
+On an elastic layer some stretches of the attached rod follow the detached ones, up to where all has decayed.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
 from .traced import Traced, integrated, pointwise, stacked
+
+#: Stretches of the attached rod on its layer, in lengths of decay: beyond their sum nothing is left.
+REACHES = (4.0, 6.0, 8.0, 12.0)
 
 #: What a profile has of a scene: fields over the amplitude, then position and slip over the length.
 SAMPLED = ("Theta", "K", "nx", "ny", "Y", "x", "slip")
@@ -44,8 +48,8 @@ class SceneFields:
     x : casadi.MX
         All unknowns.
     parts : mapping of str to slice
-        Where the "fields", "inner" lengths, "strain", "named" numbers and the four scalars ("tail") stand in
-        ``x``.
+        Where the "fields", "inner" lengths, "strain", Theta'' of the "attached" rod, "named" numbers and
+        the four scalars ("tail") stand in ``x``.
     names : sequence of str
         Names of the unknown numbers.
     given : casadi.MX
@@ -67,20 +71,25 @@ class SceneFields:
     ) -> None:
         self.scene, self.phases, self.chain = scene, phases, chain
         self.names, self.given, self.known = tuple(names), given, tuple(known)
-        self.size, n = x.shape[0], parts["fields"].stop
-        self.nodes, self.local = n, n // len(phases)
+        self.size, n = x.shape[0], chain.shape[1]
+        self.nodes, self.local = n, parts["fields"].stop // len(phases)
+        self.stretches = n // self.local
+        #: Rows of the front, of the end where the inclination vanishes, and of the tip.
         self.edge = slice(n + len(phases) - 1, n + len(phases))
-        self.tip = slice(n + len(phases), n + len(phases) + 1)
+        self.far = slice(n + self.stretches - 1, n + self.stretches)
+        self.tip = slice(n + self.stretches, n + self.stretches + 1)
         identity = ca.DM.eye(self.size)
 
         def unknown(part: slice) -> Traced:
             return Traced(x[part], ca.densify(identity[part, :]))
 
         self.curl = unknown(parts["fields"])
+        if scene.layer is not None:
+            self.curl = stacked([self.curl, unknown(parts["attached"])])
         self.strain = [unknown(parts["strain"])] if scene.stretch is not None else []
         self.scalars = unknown(slice(parts["named"].start, parts["tail"].stop))
         self.lengths = self._shares(unknown(parts["inner"]) if len(phases) > 1 else None)
-        spread = np.kron(np.eye(len(phases)), np.ones((self.local, 1)))
+        spread = np.kron(np.eye(self.stretches), np.ones((self.local, 1)))
         self.h = Traced(ca.mtimes(spread, self.lengths.values), ca.mtimes(spread, self.lengths.gradient))
 
         bend, zero = self._of([self._constant(0.0)], self._at_the_tip)
@@ -89,10 +98,9 @@ class SceneFields:
         self.xi = integrated(chain, self.h, self._constant(1.0, n))
         (self.theta,) = self._of([self.Theta, self.xi], self._inclined)
         self.rates = self._of([self.theta[:n], *self.strain], self._moving)
-        self.x, self.y, self.slip = (self._from_edge(chain, rate) for rate in self.rates)
-        loads = [
-            self._at(slice(j * self.local, (j + 1) * self.local), self._loaded) for j in range(len(phases))
-        ]
+        self.x, self.y, self.slip = self._places(chain)
+        loads = [self._at(part, self._loaded) for part in self._parts]
+        loads += [self._at(part, self._attached) for part in self._parts_attached]
         self.loads = [stacked(parts) for parts in zip(*loads, strict=True)]
         self.pulls = self._at(self.tip, self._pulled)
         self.N = [
@@ -104,8 +112,11 @@ class SceneFields:
         n = self.nodes
         at_nodes = [self.theta[:n], *(N[:n] for N in self.N)]
         (bend,) = self._of([*at_nodes, *self.strain], self._bending)
-        (front,) = self._of([self.K[self.edge], self.N[0][self.edge]], self._front)
-        rows = [self.curl - bend, front, self.Theta[self.edge]]
+        if self.scene.layer is None:
+            (front,) = self._of([self.K[self.edge], self.N[0][self.edge]], self._front)
+        else:
+            (front,) = self._at(self.edge, lambda at, q, _: [self.scene.yielding(at, q)])
+        rows = [self.curl - bend, front, self.Theta[self.far]]
         if self.strain:
             (due,) = self._of(at_nodes, self._strained)
             rows.append(self.strain[0] - due)
@@ -119,17 +130,27 @@ class SceneFields:
     def sampled(self, chain: np.ndarray) -> list[Traced]:
         """Return `SAMPLED` at other places, by integrals from the tip to them."""
         K, Theta = self._turned(chain)
-        x, y, slip = (self._from_edge(chain, rate) for rate in self.rates)
+        x, y, slip = self._places(chain)
         N = [self._from_tip(chain, load, pull) for load, pull in zip(self.loads, self.pulls, strict=True)]
         return [Theta, K, *self._of([*N, y, x, slip], self._over_amplitude)]
 
     def work(self) -> Traced:
         """Return the integral of what the loads put into the identity."""
-        parts = [slice(j * self.local, (j + 1) * self.local) for j in range(len(self.phases))]
-        density = stacked(
-            [self._at(part, lambda at, q, _: [self.scene.work(at, q) * at.sbar])[0] for part in parts]
-        )
+        densities = [
+            self._at(part, lambda at, q, _: [self.scene.work(at, q) * at.sbar])[0] for part in self._parts
+        ]
+        density = stacked([*densities, *(self._constant(0.0, self.local) for _ in self._parts_attached)])
         return integrated(self.chain, self.h, density)[self.edge]
+
+    @property
+    def _parts(self) -> list[slice]:
+        """Rows of the nodes of each detached stretch."""
+        return [slice(j * self.local, (j + 1) * self.local) for j in range(len(self.phases))]
+
+    @property
+    def _parts_attached(self) -> list[slice]:
+        """Rows of the nodes of each stretch of the attached rod."""
+        return [slice(j * self.local, (j + 1) * self.local) for j in range(len(self.phases), self.stretches)]
 
     # -- integrals
 
@@ -140,9 +161,12 @@ class SceneFields:
         K = integrated(chain, self.h, self.curl) + self.tip_curvature
         return K, integrated(chain, self.h, own) + self.tip_inclination
 
-    def _from_edge(self, chain: np.ndarray, rate: Traced) -> Traced:
-        """Integrate from the detachment point, where x = y = slip = 0."""
-        return integrated(chain, self.h, rate) - integrated(self.chain, self.h, rate)[self.edge]
+    def _places(self, chain: np.ndarray) -> list[Traced]:
+        """Return x, y and slip: x and slip count from the front, y from the wall, where all has decayed."""
+        starts = (self.edge, self.far, self.edge)
+        whole = [integrated(self.chain, self.h, rate) for rate in self.rates]
+        every = whole if chain is self.chain else [integrated(chain, self.h, rate) for rate in self.rates]
+        return [part - all_of[start] for part, all_of, start in zip(every, whole, starts, strict=True)]
 
     def _from_tip(self, chain: np.ndarray, rate: Traced, start: Traced) -> Traced:
         """Integrate from the tip."""
@@ -171,6 +195,15 @@ class SceneFields:
     def _loaded(self, at: Place, q: dict[str, Any], piece: Piece) -> Sequence[Any]:
         """Rates of N_x and N_y along xi."""
         return [at.sbar * force for force in self.scene.per_length(at, piece, q)]
+
+    def _attached(self, at: Place, q: dict[str, Any], _: Piece) -> Sequence[Any]:
+        """Rates of N_x and N_y along xi on the layer."""
+        return [at.sbar * force for force in self.scene.attached(at, q)]
+
+    def _reaching(self, _: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
+        """Lengths of the stretches of the attached rod over the detached length."""
+        assert self.scene.layer is not None
+        return [reach / (self.scene.layer.decay(q) * s.sigma) for reach in REACHES]
 
     def _switched(
         self, before: Piece, after: Piece
@@ -248,16 +281,19 @@ class SceneFields:
     def _piece_of(self, rows: slice) -> Piece:
         if rows == self.tip:
             return self.phases[0]
-        return self.phases[rows.start // self.local if rows.start < self.nodes else rows.start - self.nodes]
+        index = rows.start // self.local if rows.start < self.nodes else rows.start - self.nodes
+        return self.phases[min(index, len(self.phases) - 1)]
 
     def _constant(self, value: float, rows: int = 1) -> Traced:
         return Traced(ca.DM.ones(rows) * value, ca.DM.zeros(rows, self.size))
 
     def _shares(self, inner: Traced | None) -> Traced:
-        """Shares of all phases; the last is what the others leave."""
+        """Shares of all phases, the last is what the others leave; then those of the attached rod."""
         rest = self._constant(1.0)
-        if inner is None:
-            return rest
         for j in range(len(self.phases) - 1):
+            assert inner is not None
             rest = rest - inner[j : j + 1]
-        return stacked([inner, rest])
+        shares = [rest] if inner is None else [inner, rest]
+        if self.scene.layer is not None:
+            shares += self._of([self._constant(0.0)], self._reaching)
+        return stacked(shares) if len(shares) > 1 else rest

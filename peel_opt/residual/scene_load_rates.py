@@ -38,13 +38,14 @@ def scene_load_rates(problem: SceneDiscretisation, x: np.ndarray, zeta: np.ndarr
     Raises
     ------
     InvalidInput
-        If the rod stretches.
+        If the rod stretches, or lies on an elastic layer.
     """
     scene, q = problem.settings.scene, problem.found(x)
-    if scene.stretch is not None:
+    if scene.stretch is not None or scene.layer is not None:
         raise InvalidInput(
-            "small motions are those of a rod that does not stretch: stability does not cover this scene.",
-            remedy="Leave out stretch= where it is large; its energies and sensitivities are covered.",
+            "small motions are those of a rod that does not stretch, glued where nothing gives way:"
+            " stability does not cover this scene.",
+            remedy="Leave out stretch= where it is large, or take law (8), the limit of a stiff layer.",
         )
     parts, numbers, sbar = _Parts(scene, tuple(q)), np.array(list(q.values())), problem.scalars(x).sigma
     places, fields = places_of(problem, x, zeta)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import casadi as ca
@@ -15,9 +15,9 @@ from ..model.equations import Scalars
 from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
-from .discretisation import PROFILE_POINTS, Discretisation, Phases, Profile, Transcription
+from .discretisation import PROFILE_POINTS, Discretisation, Phases, Profile, Transcription, chebyshev
 from .meshes import SCENES
-from .scene_fields import SAMPLED, SceneFields
+from .scene_fields import REACHES, SAMPLED, SceneFields
 from .shape import DENSE_POINTS, Shape, Solution, sample_shape
 from .spectral import Spectral, SpectralDiscretisation
 
@@ -36,10 +36,18 @@ class SceneProfile(Profile):
     scene : Scene
     numbers : dict
         All its numbers, those left free as they were found.
+    attached : ndarray, shape (stretches, PROFILE_POINTS, 7)
+        The same fields of the attached rod, where it lies on an elastic layer.
     """
 
     scene: Scene
     numbers: dict[str, float]
+    attached: np.ndarray = field(default_factory=lambda: np.zeros((0, PROFILE_POINTS, len(SAMPLED))))
+
+    @property
+    def angle_at_plate(self) -> float:
+        """theta less that of the wall where the rod lies on it [rad]; on a layer, where all has decayed."""
+        return float(self.scalars.A * (self.attached if len(self.attached) else self.values)[-1, -1, 0])
 
     def heights(self) -> np.ndarray:
         """What the bond sees, on the points of each phase: for most bonds the gap over y0."""
@@ -90,8 +98,8 @@ class SceneSpectral(Transcription):
         return self.mesh.elements
 
     def gain_at(self, problem: SceneDiscretisation, x: np.ndarray) -> float:
-        """That of the mesh."""
-        return self.mesh.gain_at(problem, x)
+        """That of the mesh, on the attached rod, too, if it moves."""
+        return min(self.mesh.gain_of(x[part]) for part in (problem.fields, problem.attached) if x[part].size)
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -120,12 +128,23 @@ class SceneDiscretisation(SpectralDiscretisation):
 
     def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
         strains = 0 if settings.scene.stretch is None else settings.nodes * settings.elements * len(phases)
-        super().__init__(settings, phases, strains + len(settings.unknown))  # type: ignore[arg-type]
-        #: Where the strain at the nodes and the unknown numbers stand among the unknowns.
+        #: Stretches of the attached rod that follow the detached ones.
+        self.beyond = 0 if settings.scene.layer is None else len(REACHES)
+        attached = settings.nodes * settings.elements * self.beyond
+        super().__init__(settings, phases, strains + attached + len(settings.unknown))  # type: ignore[arg-type]
+        #: Where the strain at the nodes, Theta'' of the attached rod and the unknown numbers stand among the
+        #: unknowns.
         self.strain = slice(self.extra.start, self.extra.start + strains)
-        self.named = slice(self.strain.stop, self.extra.stop)
+        self.attached = slice(self.strain.stop, self.strain.stop + attached)
+        self.named = slice(self.attached.stop, self.extra.stop)
+        self.blocks = (self.fields, self.strain, self.attached)
         self.equations = _equations(self)
         self.numbers = ca.DM(list(settings.given.values()))
+
+    @property
+    def stretches(self) -> int:
+        """Stretches of rod, detached and attached."""
+        return len(self.phases) + self.beyond
 
     @property
     def form(self) -> type[Scalars]:
@@ -167,6 +186,23 @@ class SceneDiscretisation(SpectralDiscretisation):
         bend, _ = scene.tip_start(s.A, s.sigma, q)
         return float(scene.wall.curvature_of(q) + s.A * bend / s.sigma)
 
+    def pull_ahead(self, x: np.ndarray) -> float:
+        """Return the largest traction over T0 that the layer bears ahead of the lobe that is pressed."""
+        s, q = self.scalars(x), self.found(x)
+        fields = self.attached_at(x, np.linspace(0.0, 1.0, DENSE_POINTS))
+        pull = s.sigma * s.A * q["layer_stiffness"] * fields[:, :, 4]
+        pressed = int(np.argmin(pull))
+        top = pressed + int(np.argmax(pull.ravel()[pressed:]))
+        stretch, i = divmod(top, DENSE_POINTS)
+        i = min(max(i, 1), DENSE_POINTS - 2)
+        a, b, c = np.polyfit((-1.0, 0.0, 1.0), pull[stretch, i - 1 : i + 2], 2)
+        return float(c - b**2 / (4.0 * a) if a < 0.0 else c)
+
+    def left_over(self, x: np.ndarray) -> float:
+        """Return |theta'| times eta at the far end of the attached rod, which nothing asks to vanish."""
+        s = self.scalars(x)
+        return float(abs(s.A * self.attached_at(x, np.ones(1))[-1, 0, 1] / s.sigma))
+
     def ends(self, x: np.ndarray) -> tuple[Place, Place, float]:
         """Return the tip, the bonded place nearest to it, and the work of the loads in the identity."""
         places, work = self.equations.ends(x, self.numbers)
@@ -183,7 +219,16 @@ class SceneDiscretisation(SpectralDiscretisation):
     def profile(self, x: np.ndarray) -> SceneProfile:
         """Sample a solution."""
         values = self._profile_sampler(x)[0].reshape(len(self.phases), PROFILE_POINTS, len(SAMPLED))
-        return SceneProfile(self.lengths(x), values, self.scalars(x), self.settings.scene, self.found(x))
+        attached = self.attached_at(x, chebyshev(PROFILE_POINTS)[0])
+        scene, found = self.settings.scene, self.found(x)
+        return SceneProfile(self.lengths(x), values, self.scalars(x), scene, found, attached)
+
+    def attached_at(self, x: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+        """Return `SAMPLED` of the attached rod at local coordinates of its stretches."""
+        if not self.beyond:
+            return np.zeros((0, len(zeta), len(SAMPLED)))
+        values: np.ndarray = self.equations.sampler(zeta, attached=True)(x, self.numbers).full()
+        return values.reshape(self.beyond, len(zeta), len(SAMPLED))
 
     def prolonged(self, x: np.ndarray, finer: Discretisation) -> np.ndarray:
         """Unknowns of the same solution on another mesh of the same phases."""
@@ -195,7 +240,14 @@ class SceneDiscretisation(SpectralDiscretisation):
         own = [numbers.get(name, 0.0) for name in self.settings.unknown]
         inner = profile.lengths[:-1]
         fields, strain = self._packed(profile)
-        return np.concatenate([fields, inner, strain, own, profile.scalars.values])
+        attached = []
+        if isinstance(profile, SceneProfile):
+            for values in profile.attached:
+                part = replace(profile, lengths=np.ones(1), values=values[None])
+                Theta, _, nx, ny, _, _, _ = part.in_phase(0, self.zeta).T
+                theta = profile.scalars.A * Theta
+                attached.append(ny * np.cos(theta) - nx * np.sin(theta))
+        return np.concatenate([fields, inner, strain, *attached, own, profile.scalars.values])
 
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Theta'' of a profile at the nodes, from the balance of moments."""
@@ -273,9 +325,12 @@ class SceneEquations:
         self.fields = SceneFields(
             settings.scene,
             model.phases,
-            np.vstack([matrix, ends, np.zeros((1, model.field_count))]),
+            np.vstack([matrix, ends, np.zeros((1, matrix.shape[1]))]),
             self.x,
-            {name: getattr(model, name) for name in ("fields", "inner", "strain", "named", "tail")},
+            {
+                name: getattr(model, name)
+                for name in ("fields", "inner", "strain", "attached", "named", "tail")
+            },
             settings.unknown,
             self.given,
             tuple(settings.given),
@@ -285,9 +340,9 @@ class SceneEquations:
         self.residual = ca.Function("residual", arguments, [whole.values])
         self.linearised = ca.Function("linearised", arguments, [whole.values, whole.gradient])
         f = self.fields
-        places = [part.values[model.field_count :] for part in (f.xi, f.theta, f.x, f.y, f.slip)]
+        places = [part.values[f.nodes :] for part in (f.xi, f.theta, f.x, f.y, f.slip)]
         self.ends = ca.Function("ends", arguments, [ca.horzcat(*places), f.work().values])
-        self._samplers: dict[bytes, ca.Function] = {}
+        self._samplers: dict[tuple[bytes, bool], ca.Function] = {}
 
     @cached_property
     def by_numbers(self) -> ca.Function:
@@ -295,11 +350,13 @@ class SceneEquations:
         arguments = [self.x, self.given]
         return ca.Function("by_numbers", arguments, [ca.jacobian(self.residual(*arguments), self.given)])
 
-    def sampler(self, zeta: np.ndarray) -> ca.Function:
-        """Compiled fields at local coordinates of every phase, remembered."""
-        key = np.asarray(zeta, dtype=float).tobytes()
+    def sampler(self, zeta: np.ndarray, *, attached: bool = False) -> ca.Function:
+        """Compiled fields at local coordinates of every phase, or of the attached rod, remembered."""
+        key = (np.asarray(zeta, dtype=float).tobytes(), attached)
         if key not in self._samplers:
             matrix, _ = self.model.chain(np.asarray(zeta))
+            detached = len(self.model.phases) * len(zeta)
+            matrix = matrix[detached:] if attached else matrix[:detached]
             columns = [field.values for field in self.fields.sampled(matrix)]
             self._samplers[key] = ca.Function("sample", [self.x, self.given], [ca.horzcat(*columns)])
         return self._samplers[key]

@@ -68,7 +68,11 @@ class Spectral(Transcription):
         Gauss nodes as rho^-2n: half as many nodes again gain rho^n, the largest coefficient over the last.
         A shape that is not resolved gains nothing for sure.
         """
-        sizes = np.abs(x[problem.fields].reshape(-1, self.nodes) @ Grid.gauss(self.nodes).analysis.T)
+        return self.gain_of(x[problem.fields])
+
+    def gain_of(self, curl: np.ndarray) -> float:
+        """That of a shape by its Theta'' at all nodes."""
+        sizes = np.abs(curl.reshape(-1, self.nodes) @ Grid.gauss(self.nodes).analysis.T)
         # A phase where nothing but rounding bends, such as an arc under a moment alone, is resolved.
         own = np.maximum(sizes.max(axis=1), STRAIGHT * sizes.max())
         last = float((sizes[:, -2:].max(axis=1) / own).max())
@@ -151,9 +155,14 @@ class SpectralDiscretisation(Discretisation):
             )
         return out
 
+    @property
+    def stretches(self) -> int:
+        """Stretches of rod that are integrated over, from the tip on."""
+        return self.noded
+
     def chain(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals from the tip to ``zeta`` in each phase, and to the end of each phase."""
-        count = self.noded
+        count = self.stretches
         points = len(zeta)
         inside = np.kron(np.eye(count), self._cumulative(zeta))
         before = np.kron(np.tril(np.ones((count, count)), -1), np.ones((points, 1)) * self.whole)

@@ -32,6 +32,7 @@ SCENES = {
     "springs along": po.Scene(FLAP, [po.Drag(3e3)], law=po.ShearSprings(0.3 * 140e3 / 0.73e-3)),
     "tip on its wall": po.Scene(FLAP, tip=po.Contact(), natural_curvature=-100.0),
     "strip": po.Blister(FLAP, slack=5e-5),
+    "on a layer": po.Scene(FLAP, [po.Weight(2e4, 0.4)], law=po.ElasticLayer(2e10)),
     "stretched": po.Scene(
         FLAP,
         [po.Weight(2e4, 0.4), po.SkinFriction(share=0.2)],
@@ -54,7 +55,7 @@ def test_the_jacobian_of_a_scene_is_the_automatic_one(name: str, free: str | Non
     x = np.random.default_rng(0).normal(size=problem.size)
     x[problem.inner] = 0.4
     x[problem.tail] = [0.7, -5.0, 2.0, 3.0]
-    if name == "stretched" and free:
+    if name in ("stretched", "on a layer") and free:
         x[problem.named] = scene.numbers[free]  # or nothing would hold it
     residual, jacobian = problem.linearise(x)
     automatic = ca.Function("automatic", [problem.x], [ca.jacobian(problem.expression, problem.x)])
