@@ -96,7 +96,7 @@ def carried(
                 kept.happened("lift")
         elif before.y[0] > 0.0 >= at.y[0]:
             outcome = _landed(kept, until)
-        elif until.arrest and kept.at_rest(at, pressure(at.t)):
+        elif until.arrest and kept.at_rest(at):
             if tail(at) == 1 and lifts < len(LIFTS):
                 lift = Lift(at.t, LIFTS[lifts] * float(at.y.max()))
                 at, lifts = replace(at, dt=np.inf), lifts + 1

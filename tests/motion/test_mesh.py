@@ -129,7 +129,7 @@ MORE_ENDS = [
     [*ENDS, *(pytest.param(*row, marks=pytest.mark.slow) for row in MORE_ENDS)],
 )
 def test_where_snaps_end(ratio, pressure, outcome, most, last):
-    track = run(ratio, pressure)
+    track = run(ratio, pressure, int(most is not None and most > 10.0))
     assert track.outcome == outcome
     if most is not None:
         assert track.front.max() == pytest.approx(most, rel=5e-3)
