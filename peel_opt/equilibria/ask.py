@@ -273,7 +273,7 @@ def solve_question(
     began, method, tol = time.perf_counter(), as_method(method), positive("tol", tol)
     found, walked = _found(question, method, tol, search)
     stats = replace(found.stats, path_points=walked, seconds=time.perf_counter() - began)
-    return replace(require_certified(question, found), stats=stats, **question.as_given)
+    return require_certified(question, replace(found, stats=stats, **question.as_given))
 
 
 def _found(question: Question, method: Method, tol: float, search: SelectionWalk) -> tuple[Equilibrium, int]:
@@ -283,7 +283,7 @@ def _found(question: Question, method: Method, tol: float, search: SelectionWalk
         if summed is not None:
             return summed, 0
         if method.transcription is not None:
-            method = replace(method, series=())
+            method = method.on_meshes
     chosen, spacing, walked = seeded(question) or select(question, search)
     return solve_from(chosen.solution, question, chosen.state, method, tol, spacing), walked
 

@@ -92,6 +92,11 @@ class Method:
     series: tuple[int, ...] = ()
     fallback: Method | None = None
 
+    @cached_property
+    def on_meshes(self) -> Method:
+        """The same without the closed form."""
+        return replace(self, series=())
+
 
 METHODS = {
     "series": Method(None, series=(12, 24, 40)),

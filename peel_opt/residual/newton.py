@@ -39,6 +39,9 @@ CONTRACTION = 0.1
 #: update from which on the next one shows it.
 SERVES, ROUGH = 2e-3, 1e-8
 
+#: Share of its tolerance below which an update that is foretold is not computed.
+AHEAD = 0.1
+
 #: Updates below this size go on: beside the least pressure, a double root, each is half of the one before.
 HALVING = 1e-3
 
@@ -173,6 +176,9 @@ def newton(
         x = x + update
         if step < tol or (not kept and step < 1e4 * tol and step > 0.5 * previous):
             return Correction(x, True, iteration, step, update, drift)
+        if kept and previous > ROUGH and drift * step < AHEAD * tol:
+            # The factors leave that share of each update to the next.
+            return Correction(x, True, iteration, drift * step, drift * update, drift)
     return Correction(x, False, max_iterations, step, update)
 
 
