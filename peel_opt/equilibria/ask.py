@@ -16,7 +16,7 @@ from ..model.rod import Rod
 from ..residual.discretisation import Transcription
 from ..residual.newton import SolvedState
 from .closed_form import closed_form
-from .methods import Answer, Method, as_method, certify, solve_to_tolerance
+from .methods import Answer, Effort, Method, as_method, certify, solve_to_tolerance
 from .question import Question, about_a_rod
 from .result import Equilibrium
 from .select import THROUGH, SelectionWalk, far_from, select
@@ -271,25 +271,25 @@ def solve_question(
         As `pressure_given_length`.
     """
     began, method, tol = time.perf_counter(), as_method(method), positive("tol", tol)
-    found, walked = _found(question, method, tol, search)
-    stats = replace(found.stats, path_points=walked, seconds=time.perf_counter() - began)
-    return require_certified(question, replace(found, stats=stats, **question.as_given))
-
-
-def _found(question: Question, method: Method, tol: float, search: SelectionWalk) -> tuple[Equilibrium, int]:
-    """Return the state that a question means, and how many points of its branch were followed."""
     if method.series and question.near is None and question.state != "folded":
-        summed = None if question.leaves else _summed(question, method, tol)
+        summed = None if question.leaves else _summed(question, method, tol, began)
         if summed is not None:
-            return summed, 0
+            return summed
         if method.transcription is not None:
             method = method.on_meshes
     chosen, spacing, walked = seeded(question) or select(question, search)
-    return solve_from(chosen.solution, question, chosen.state, method, tol, spacing), walked
+    found = solve_from(chosen.solution, question, chosen.state, method, tol, spacing, Effort(began, walked))
+    return require_certified(question, found)
 
 
 def solve_from(
-    start: SolvedState, question: Question, state: str, method: Method, tol: float, spacing: float = math.inf
+    start: SolvedState,
+    question: Question,
+    state: str,
+    method: Method,
+    tol: float,
+    spacing: float = math.inf,
+    before: Effort | None = None,
 ) -> Equilibrium:
     """Solve for the state that a question means from a solution of it on another mesh.
 
@@ -303,6 +303,8 @@ def solve_from(
     tol : float
     spacing : float
         How far off the answer of the next state is.
+    before : Effort, optional
+        What it took to come to the start.
 
     Returns
     -------
@@ -315,7 +317,7 @@ def solve_from(
         If the method fails, or leaves the state.
     """
     solved = solve_to_tolerance(question, start, method, tol)
-    result = certify(question, state, solved, tol)
+    result = certify(question, state, solved, tol, before)
     own = question.read(start.profile.scalars)
     jumped = abs(result.answer - own) > min(0.25 * spacing, FAITHFUL * (1.0 + abs(own)) + result.error)
     if jumped:
@@ -347,7 +349,7 @@ def require_certified(question: Question, found: Equilibrium) -> Equilibrium:
     )
 
 
-def _summed(question: Question, method: Method, tol: float) -> Equilibrium | None:
+def _summed(question: Question, method: Method, tol: float, began: float) -> Equilibrium | None:
     """Answer in closed form, without a walk; None where that is out of reach."""
     for order in method.series:
         state = question.state or "unfolded"
@@ -356,7 +358,7 @@ def _summed(question: Question, method: Method, tol: float) -> Equilibrium | Non
         except NotConverged:
             continue
         solved = Answer(found.problem, found.x, found.error, found.stats)
-        result = certify(question, found.state, solved, tol)
+        result = certify(question, found.state, solved, tol, Effort(began, 0))
         if result.certified and question.fits(found.state):
             return result
     return None

@@ -111,7 +111,7 @@ def equilibria(
             if solved is None and searched is not None:
                 searched = searched.short_of(found.profile.scalars.sigma)
             if solved is not None and not any(_same(solved, other) for other in results):
-                results.append(question.stamped(solved))
+                results.append(solved)
             step()
     ordered = sorted(results, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle))
     return States(ordered, searched)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.threads import one_thread
@@ -11,7 +10,7 @@ from ..continuation.unhealed import unhealed_branch
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod
 from .ask import require_certified, solve_from
-from .methods import METHODS
+from .methods import METHODS, Effort
 from .question import Question
 from .result import Equilibrium
 
@@ -81,6 +80,6 @@ def grown_flap(
             f"{question.words}: growing flaps could be followed to p/T0 = {last:.4g} only.",
             remedy="Ask at a lower pressure.",
         )
-    result = solve_from(found[0].solution, question, found[0].state, METHODS["spectral"], tol)
-    stats = replace(result.stats, path_points=len(branch.points), seconds=time.perf_counter() - began)
-    return require_certified(question, question.stamped(replace(result, stats=stats)))
+    before = Effort(began, len(branch.points))
+    result = solve_from(found[0].solution, question, found[0].state, METHODS["spectral"], tol, before=before)
+    return require_certified(question, result)

@@ -32,7 +32,7 @@ from ..residual.meshes import SCENES
 from ..residual.newton import Correction
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSpectral
 from .ask import require_certified
-from .methods import METHODS, certify, solve_to_tolerance
+from .methods import METHODS, Effort, certify, solve_to_tolerance
 from .question import Question, known_law
 from .result import Equilibrium
 from .scene_question import posed
@@ -109,11 +109,10 @@ def touching(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto", tol:
             remedy="Close to T0, where they cross, touching and folded states are not told apart: ask further"
             " from it, or at T0 itself.",
         ) from error
-    found = certify(question, "touching", solved, tol)
+    found = certify(question, "touching", solved, tol, Effort(began, 0))
     if abs(found.length_ratio - s.sigma) > NEAR or abs(found.tip_height) > DOWN * float(found.y.max()):
         raise _lost(question.words, "touching")
-    stats = replace(found.stats, seconds=time.perf_counter() - began)
-    return require_certified(question, question.stamped(replace(found, stats=stats)))
+    return require_certified(question, found)
 
 
 @one_thread

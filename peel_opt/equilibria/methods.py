@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -427,7 +428,16 @@ def _corrected(problem: Discretisation, start: np.ndarray, given: tuple[Closing,
     return result
 
 
-def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibrium:
+class Effort(NamedTuple):
+    """What an answer took before it was solved for: when it was begun, and points of a branch on the way."""
+
+    began: float
+    walked: int
+
+
+def certify(
+    posed: Question, state: str, solved: Answer, tol: float, before: Effort | None = None
+) -> Equilibrium:
     """Turn a solution into an `Equilibrium` with its certificate and flags."""
     problem, x = solved.problem, solved.x
     effective = posed.effective_law
@@ -455,11 +465,13 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
     }
     missed = solved.certificate(effective)
     certified = solved.error <= tol and missed <= tol
+    stats = solved.stats
+    if before is not None:
+        stats = replace(stats, path_points=before.walked, seconds=time.perf_counter() - before.began)
     return Equilibrium(
         rod=posed.rod,
         law=effective.name if posed.law is not None or not within else LINEAR.name,
-        beta0=s.beta0,
-        lam=s.lam,
+        **({"beta0": s.beta0, "lam": s.lam} | posed.as_given),
         alpha1=s.alpha1,
         answered=posed.asked,
         error=solved.error,
@@ -468,7 +480,7 @@ def certify(posed: Question, state: str, solved: Answer, tol: float) -> Equilibr
         state=state,
         status="certified" if certified else "not-certified",
         flags=tuple(name for name, is_so in present.items() if is_so),
-        stats=solved.stats,
+        stats=stats,
         source=source,
     )
 

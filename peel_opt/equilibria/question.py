@@ -325,14 +325,10 @@ class Question:
     @property
     def as_given(self) -> dict[str, Any]:
         """Fields of an answer that repeat what was given, unchanged to the last bit."""
-        if self.rod is not None:
+        if self.rod is not None or not self.exact:
             return {"given": self.exact}
         groups = dict(self.exact)
         return {"beta0": groups.pop("beta0"), "lam": groups.pop("lam"), "given": groups}
-
-    def stamped(self, eq: Equilibrium) -> Equilibrium:
-        """Return an answer with the numbers that were given unchanged to the last bit."""
-        return replace(eq, **self.as_given)
 
     @property
     def leaves(self) -> bool:

@@ -59,15 +59,15 @@ class DenseFactors:
     """
 
     def __init__(self, matrix: np.ndarray) -> None:
-        with one_thread:
-            self.factors, self.pivots, info = dgetrf(matrix, overwrite_a=True)
+        self.factors, self.pivots, info = one_thread.run(dgetrf, matrix, overwrite_a=True)
         if info != 0:
             raise np.linalg.LinAlgError("singular Jacobian")
 
     def solve(self, right: np.ndarray, *, transposed: bool = False) -> np.ndarray:
         """Solve for one right side, or one in each column."""
-        with one_thread:
-            solved: np.ndarray = dgetrs(self.factors, self.pivots, right, trans=int(transposed))[0]
+        solved: np.ndarray = one_thread.run(dgetrs, self.factors, self.pivots, right, trans=int(transposed))[
+            0
+        ]
         return solved
 
     def sign(self) -> int:

@@ -1,9 +1,12 @@
-"""What an answer and a branch cost in corrections, factorisations and walks, the same on every machine."""
+"""What answers and branches cost in corrections, factors, walks and files, the same on every machine."""
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -68,6 +71,47 @@ def test_a_second_answer_is_one_landing_and_no_walk(
     # Three steps of Newton's method with one set of factors each, and those that the error takes.
     assert 0 < counted["factorisations"] <= 6
     assert counted["walks"] == 0
+
+
+UNSEEN = (1.0 + 1e-6 * i for i in range(100_000))
+
+#: Answers of the shortest ways, and the files of the package that they may cross.
+SHORT: dict[str, tuple[Callable[[], po.Equilibrium], int]] = {
+    "length": (lambda: po.length_given_pressure(po.Rod.from_ratio(1.0), 0.2), 20),
+    "a rod never seen": (lambda: po.length_given_pressure(po.Rod.from_ratio(next(UNSEEN)), 0.2), 20),
+    "pressure": (lambda: po.pressure_given_length(po.Rod.from_ratio(30.0), 3.0), 23),  # the series fails
+    "groups": (lambda: po.equilibrium(beta0=4.0, lam=1.0), 15),
+}
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_an_answer_from_a_seed_takes_one_set_of_factors(name: str, counted: Counter[str]) -> None:
+    ask, _ = SHORT[name]
+    ask()
+    counted.clear()
+    assert ask().certified
+    by_series = name == "groups"
+    # Label, error and condition are read off the factors that the correction ended with.
+    assert counted == ({} if by_series else {"corrections": 1, "factorisations": 1})
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_an_answer_crosses_few_files(name: str) -> None:
+    ask, most = SHORT[name]
+    ask()
+    files, room = set(), f"{Path(po.__file__).parent}"
+
+    def seen(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_code.co_filename.startswith(room):
+            files.add(frame.f_code.co_filename)
+
+    before = sys.getprofile()
+    sys.setprofile(seen)
+    try:
+        ask()
+    finally:
+        sys.setprofile(before)
+    assert 0 < len(files) <= most, sorted(files)
 
 
 @pytest.mark.parametrize(("ratio", "walks"), [(0.05, 1), (1.0, 1), (100.0, 2)])
