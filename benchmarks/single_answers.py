@@ -99,8 +99,8 @@ def under_law_8() -> list[Figure]:
     fast, slow = alternating(ask, lambda: peer.solve(tol))
     note = f"solve_bvp {slow:.2f} ms at tol {tol:.0e}, error {error:.0e}"
     return [
-        Figure("(c) length_given_pressure, law (8), r = 1, P = 0.2, 1e-8", fast, "ms", 5.0),
-        Figure("(a) the same over solve_bvp started from the solution", slow / fast, "x", note=note),
+        Figure("(c) length_given_pressure, law (8), r = 1, P = 0.2, 1e-8", fast, "ms", 1.0),
+        Figure("(a) the same over solve_bvp started from the solution", slow / fast, "x", 15.0, True, note),
     ]
 
 
