@@ -73,11 +73,11 @@ from .equilibria.fold_optimum import least_lambda as least_lambda
 from .equilibria.follow import Walk as Walk
 from .equilibria.follow import follow as follow
 from .equilibria.grown import grown_flap as grown_flap
-from .equilibria.landed import flat_fold as flat_fold
-from .equilibria.landed import touching as touching
 from .equilibria.methods import Method as Method
 from .equilibria.result import Equilibrium as Equilibrium
 from .equilibria.scenes import solve as solve
+from .equilibria.tip_on_plate import flat_fold as flat_fold
+from .equilibria.tip_on_plate import touching as touching
 from .equilibria.trace import trace as trace
 from .model import profiles as profiles
 from .model.blister import Blister as Blister

@@ -144,7 +144,7 @@ class StateSearch:
             scanned = scan(shooting)
             reached = min(reached, scanned.reached)
             for start in scanned.starts:
-                landed = self._landed(start, SCANNED)
+                landed = self._solved(start, SCANNED)
                 if landed is None or not _near(start, landed.profile):
                     reached = min(reached, start.scalars.sigma)
                 if landed is not None:
@@ -159,7 +159,7 @@ class StateSearch:
         for touching in (False, True):
             shooting = TipShooting(self.law, self.ratio, touching)
             starts = starts_at_length(shooting, self.given.value, pressures)
-            solved = (self._landed(start, (SEARCHED,)) for start in starts)
+            solved = (self._solved(start, (SEARCHED,)) for start in starts)
             found += [FoundState(s, "other" if touching else _label(s)) for s in solved if s is not None]
         return found
 
@@ -172,16 +172,16 @@ class StateSearch:
         angles, sigma = (-STEEPEST, STEEPEST), self.given.value
         return Searched(self._pressures(), (sigma, sigma), tip_angles=angles)
 
-    def _landed(self, start: Profile, meshes: Sequence[Transcription]) -> SolvedState | None:
+    def _solved(self, start: Profile, meshes: Sequence[Transcription]) -> SolvedState | None:
         """Correct a start on the first of some meshes that leads to the state it shows, or any state."""
-        landed = None
+        found = None
         for mesh in meshes:
             solved = Family(self.law, mesh, self.rod, tip_free=False).solve(start, self.given)
             if solved is not None:
-                landed = SolvedState(*solved, (self.rod, self.given))
-                if _near(start, landed.profile):
+                found = SolvedState(*solved, (self.rod, self.given))
+                if _near(start, found.profile):
                     break
-        return landed
+        return found
 
     def _with_detours(self, found: list[FoundState]) -> list[FoundState]:
         """Follow each state through other rods at the same length, for states the grid missed."""
