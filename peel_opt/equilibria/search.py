@@ -144,11 +144,11 @@ class StateSearch:
             scanned = scan(shooting)
             reached = min(reached, scanned.reached)
             for start in scanned.starts:
-                landed = self._solved(start, SCANNED)
-                if landed is None or not _near(start, landed.profile):
+                state = self._solved(start, SCANNED)
+                if state is None or not _near(start, state.profile):
                     reached = min(reached, start.scalars.sigma)
-                if landed is not None:
-                    found.append(FoundState(landed, _label(landed) if tip else "other"))
+                if state is not None:
+                    found.append(FoundState(state, _label(state) if tip else "other"))
             greatest = shooting.greatest
         reactions = (-greatest, greatest)
         return found, Searched((P, P), (0.0, reached), edge_reactions=reactions)
@@ -191,11 +191,11 @@ class StateSearch:
             state = queue.pop(0)
             for candidate in _met_again(isolength, state.profile, self.rod):
                 try:
-                    landed = candidate.solution
+                    met = candidate.solution
                 except NotConverged:
                     continue
-                if not any(close(landed.profile, other.profile) for other in every):
-                    new = FoundState(landed, _label(landed))
+                if not any(close(met.profile, other.profile) for other in every):
+                    new = FoundState(met, _label(met))
                     every.append(new)
                     queue.append(new)
         return every
@@ -213,8 +213,8 @@ def _near(start: Profile, solved: Profile) -> bool:
     return abs(a.sigma - b.sigma) < KEPT * a.sigma and abs(a.A - b.A) < KEPT * (1.0 + abs(a.A))
 
 
-def _label(landed: SolvedState) -> str:
-    return "spurious" if landed.profile.scalars.alpha1 > 0.0 else "other"
+def _label(state: SolvedState) -> str:
+    return "spurious" if state.profile.scalars.alpha1 > 0.0 else "other"
 
 
 def _met_again(family: Family, profile: Profile, rod: Closure) -> list[Candidate]:

@@ -95,7 +95,7 @@ def touching(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto", tol:
     (3.586302, -4.0617)
     """
     question = Question.of_rod(rod, "pressure", pressure, law=law)
-    profile = _landed(rod, pressure, law, _touching_base)
+    profile = _brought_down(rod, pressure, law, _touching_base)
     s, q = profile.scalars, profile.numbers
     if abs(q["reaction"]) > NEAR:
         raise _lost(question.words, "touching")
@@ -149,7 +149,7 @@ def flat_fold(
     (4.439854, 1.4538)
     """
     began = time.perf_counter()
-    profile = _landed(rod, pressure, law, _flat_base)
+    profile = _brought_down(rod, pressure, law, _flat_base)
     question = posed(profile.scene, "length", {"pressure": pressure})
     found = answered(question, profile, "flat fold", positive("tol", tol), 0, began)
     if abs(found.tip_angle + math.pi) > NEAR:
@@ -175,7 +175,7 @@ def _family(law: CohesiveLaw, ratio: float, closure: Closure | None = None) -> S
     return SceneFamily(law, SceneSpectral(scene, SCENES), closure or Closure("ratio", ratio))
 
 
-def _landed(
+def _brought_down(
     rod: Rod, pressure: float, law: str | CohesiveLaw, base: Callable[[CohesiveLaw], SceneProfile]
 ) -> SceneProfile:
     """Return a state on its tip of this rod, led over from that of another at another pressure."""

@@ -84,7 +84,7 @@ def test_a_flat_fold_stays_down_to_hardly_any_pressure_and_in_the_units_of_its_r
     assert real.numbers["reaction"] == pytest.approx(plain.numbers["reaction"] * force, rel=1e-7)
 
 
-def test_landed_states_take_other_laws():
+def test_states_on_the_plate_take_other_laws():
     rod, law = po.Rod.from_ratio(1.0), po.trapezoidal(0.4)
     loop = po.flat_fold(rod, 0.8, law=law)
     assert loop.certified
