@@ -154,20 +154,21 @@ class Problem:
     # --- minimising ------------------------------------------------------------------------
 
     def minimised(self, start: Fitted) -> Fitted | None:
-        """Minimise the loss over the rod in the directions that are free; None where no states are nearby."""
+        """Minimise the loss over the rod in the directions that are free; None where it has no states."""
         from scipy.optimize import least_squares
 
         rows = self.rows[0]
         basis, low, high = coordinates(start, self.free)
         at, last = start, (np.array([math.nan]), np.empty(0), np.empty(0))
-        # Solved states, about which the pairs look for their feet.
+        # Solved states, about which the pairs look for their feet, and how many have none at the latest.
         solved = start.states.take(rows)
         solved = self.chart.at(solved, scales(start.q)[1], solved.A)
         if not np.all(np.isfinite(solved.numbers)):
             return None
+        astray = 0
 
         def residuals(z: np.ndarray) -> np.ndarray:
-            nonlocal at, last, solved
+            nonlocal at, last, solved, astray
             if np.array_equal(z, last[0]):
                 return last[1]
             self.watch()
@@ -176,15 +177,19 @@ class Problem:
             if not RATIOS[0] * (1.0 - 1e-9) <= math.exp(log_r) <= RATIOS[1] * (1.0 + 1e-9):
                 return np.full(size, np.nan)
             # Solved at the feet on the expansions about the last states; the feet are found anew there.
-            exact = self.chart.at(solved, log_r, self._feet(solved, q).A, halvings=1)
-            if np.all(np.isfinite(exact.numbers)):
-                solved = exact
-            here = self._with_pictures(replace(at, q=q, states=at.states.put(rows, self._feet(exact, q))))
+            # Where no state is found, as beyond the contact, the expansion leads on in its place.
+            near = self._feet(solved, q)
+            exact = self.chart.at(solved, log_r, near.A, halvings=1)
+            there = np.all(np.isfinite(exact.numbers), axis=1)
+            found, lost = np.flatnonzero(there), np.flatnonzero(~there)
+            solved = solved.put(found, exact.take(found))
+            states = self._feet(exact.put(lost, near.take(lost)), q)
+            here = self._with_pictures(replace(at, q=q, states=at.states.put(rows, states)))
             seen = self.seen(here)
             r = np.concatenate([one.r for one in seen])
             if np.all(np.isfinite(r)):
                 by_q = np.vstack([one.projected(self.delta) for one in seen])
-                at, last = here, (z.copy(), r, by_q @ basis)
+                at, last, astray = here, (z.copy(), r, by_q @ basis), len(lost)
             return r
 
         def jacobian(z: np.ndarray) -> np.ndarray:
@@ -210,6 +215,8 @@ class Problem:
             max_nfev=200,
         )
         final = residuals(best.x)
+        if astray:
+            return None
         return replace(at, deviance=self._cost(final), iterations=int(best.nfev))
 
     def _feet(self, states: ChartStates, q: np.ndarray) -> ChartStates:
