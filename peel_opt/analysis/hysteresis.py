@@ -15,14 +15,17 @@ import numpy as np
 from ..base.checks import known_beta0, pair, positive, whole
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..equilibria.question import known_law
+from ..equilibria.scenes import plain_law, refuse_options
 from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.groups import PI4
 from ..model.rod import Rod, require_rod
+from ..model.scene import Scene
 from .lambda_loop import Convention, HysteresisLoop, State, loop_from_states
 from .maxwell import potential_of, walk_round_the_fold
 from .normal_form import NormalForm
 from .pressure_loop import PressureLoop, sweep_pressure
+from .scene_loop import sweep_scene
 
 #: Window of lambda swept by default, in units of -lambda_F, and at beta0 = 0.
 WINDOW = (-1.3, 0.4)
@@ -34,7 +37,7 @@ _POINTS, _POINTS_AT_CORNER = 128, 512
 
 
 def hysteresis(
-    rod: Rod | None = None,
+    rod: Rod | Scene | None = None,
     *,
     beta0: float | None = None,
     convention: Convention = "delay",
@@ -52,8 +55,9 @@ def hysteresis(
 
     Parameters
     ----------
-    rod : Rod, optional
-        Sweep the pressure: see `PressureLoop`.  Either this or ``beta0``.
+    rod : Rod or Scene, optional
+        Sweep the pressure: see `PressureLoop`.  Either this or ``beta0``.  A scene peels where its lifted
+        states end, at their snap, or at its transition.
     beta0 : float, optional
         Sweep lambda at this beta0 >= 0 under the linear law.
     convention : {"delay", "maxwell"}
@@ -79,7 +83,8 @@ def hysteresis(
     InvalidInput
         If the arguments do not say what to sweep, or the window does not hold the loop.
     NoEquilibrium
-        If there is no fold in lambda: above beta0 = 37.5458, or where a form does not reach.
+        If there is no fold in lambda: above beta0 = 37.5458, or where a form does not reach.  If a scene
+        has no snap, no way back or no folded state to jump to.
     NotConverged
         If a swept state cannot be solved for to ``tol``.
 
@@ -108,6 +113,11 @@ def hysteresis(
                 "a rod is swept in pressure, with the delay convention and no normal form.",
                 remedy="Give beta0 for a loop in lambda.",
             )
+        if isinstance(rod, Scene):
+            refuse_options(law="auto" if law is None else law)
+            if not rod.is_plain:
+                return sweep_scene(rod, points, tol)
+            law, rod = plain_law(rod), rod.rod
         chosen = COHESIVE if law is None else known_law(law) or COHESIVE
         return sweep_pressure(require_rod(rod), points, tol, chosen)
     if law is not None and not ((bond := known_law(law)) and bond.is_linear):

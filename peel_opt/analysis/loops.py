@@ -15,6 +15,9 @@ from ..base.arrays import Columns, read_only
 from ..base.units import digits_left
 from ..equilibria.branch import Branch
 
+#: Which way a jump goes.
+Direction = Literal["up", "down"]
+
 #: What kind of loop this is, wherever one is told.
 KIND = "quasi-static, reversible bond"
 
@@ -35,7 +38,7 @@ class Jump:
         The response; 0 for the adhered rod.
     """
 
-    direction: Literal["up", "down"]
+    direction: Direction
     swept: float
     before: float
     after: float

@@ -87,7 +87,8 @@ class PressureLoop(Loop[PressureSweep, PressureJump]):
 
     It is quasi-static, a sequence of equilibria, and the bond is reversible: where the rod comes back
     to the plate it holds with the same law.  On the way up the rod is adhered to T0, then folded;
-    on the way down folded to the minimum pressure, adhered below it.  Beside what every `Loop` has,
+    on the way down folded to the minimum pressure, adhered below it.  A scene that is lifted from the
+    start is *lifted* instead of adhered, and peels at its snap.  Beside what every `Loop` has,
     with the area in the (pressure, length) plane [Pa m]:
 
     Parameters

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -73,8 +74,23 @@ class SceneTrace(Branch):
         return solve(self.scene, free="pressure", length=length, near=pressure)
 
 
-def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object]) -> Branch:
+def trace_scene(
+    scene: Scene,
+    points: int,
+    tol: float,
+    others: Sequence[object] = (),
+    until: Callable[[SceneBranch], float] = lambda _: math.inf,
+) -> SceneTrace:
     """Trace the branch of a scene; see `trace`, whose ``others`` a scene does not take.
+
+    Parameters
+    ----------
+    scene, points, tol
+        As in `trace`.
+    others : sequence of object
+        None, all of them.
+    until : callable
+        The arclength beyond which what was walked is left out.
 
     Raises
     ------
@@ -95,31 +111,31 @@ def trace_scene(scene: Scene, points: int, tol: float, others: Sequence[object])
     for mesh in SCENES_TRACED:
         family = SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio)
         walked = entered_branch(family)
-        along = _filled(walked, points)
+        last = until(walked)
+        along = _filled(walked, points, last)
         errors = point_errors(family, along)
         reached = float(errors.total.max())
         if reached <= tol + 4.0 * float(errors.rounding.max()):
-            return _assembled(
-                walked, along, errors.total, {"points": points, "tol": tol, "scene": repr(scene)}
-            )
+            options = {"points": points, "tol": tol, "scene": repr(scene)}
+            return _assembled(walked, along, errors.total, options, last)
     raise NotConverged(
         f"the branch of the scene is accurate to {reached:.1e} only, asked for {tol:.1e}.",
         remedy="Give a larger tol.",
     )
 
 
-def _filled(walked: SceneBranch, points: int) -> list[Point]:
+def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
     """Return the points of a branch with others between them."""
-    seen = [p for p in walked.points if p.scalars.A >= LEAST]
+    seen = [p for p in walked.points if p.scalars.A >= LEAST and p.arclength <= last]
     span = seen[-1].arclength - seen[0].arclength
     return filled(walked.family, seen, span / (points - 1))
 
 
 def _assembled(
-    walked: SceneBranch, along: list[Point], errors: np.ndarray, options: dict[str, Any]
-) -> Branch:
+    walked: SceneBranch, along: list[Point], errors: np.ndarray, options: dict[str, Any], last: float
+) -> SceneTrace:
     family = walked.family
-    folds = [f for f in walked.folds if f.point.scalars.A >= LEAST]
+    folds = [f for f in walked.folds if f.point.scalars.A >= LEAST and f.point.arclength <= last]
     specials = [*folds, *locate(family, along, EVENTS)]
     known = {id(p) for p in along}
     added = [s.point for s in specials if id(s.point) not in known]

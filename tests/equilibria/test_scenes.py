@@ -218,7 +218,7 @@ def test_beside_a_transition_a_scene_denies_nothing() -> None:
         po.solve(scene, free="length", pressure=1.06)
 
 
-@pytest.mark.parametrize("call", [po.hysteresis, po.readhesion_pressure, po.held_length])
+@pytest.mark.parametrize("call", [po.readhesion_pressure, po.held_length])
 def test_a_call_that_takes_a_rod_says_that_it_does_not_take_a_scene(call: Any) -> None:
     scene = po.Scene(ROD, [po.Weight(0.02)])
     with pytest.raises(po.InvalidInput, match="paper's scene"):
