@@ -26,10 +26,19 @@ class Looked(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Polynomials of one degree in ``count`` phases of length 1, and integrals from points to the front."""
+    """Polynomials in phases of length 1, of a degree in each, and integrals from points to the front."""
 
-    count: int
-    degree: int
+    degrees: tuple[int, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of phases."""
+        return len(self.degrees)
+
+    @property
+    def degree(self) -> int:
+        """The highest, which sets the points of all phases."""
+        return max(self.degrees)
 
     @cached_property
     def grid(self) -> Grid:
@@ -45,14 +54,15 @@ class Basis:
         """Values and slopes at local coordinates, the same in every phase."""
         with_end = np.append(xi, 1.0)
         value, slope = continuous_basis(self.degree, with_end, np.ones(self.count))
-        last = slope[-1]
-        first = self.count + (self.count - 1) * (self.degree - 1)  # the first bubble of the last phase
-        others = np.arange(value.shape[1]) != first
+        bubbles = np.arange(self.degree - 1) < np.array(self.degrees)[:, None] - 1
+        kept = np.append(np.ones(self.count, bool), bubbles)
+        last, first = slope[-1], self.count + (self.count - 1) * (self.degree - 1)
+        kept[first] = False  # the first bubble of the last phase takes the slope of the others off
         rows = np.arange(value.shape[0]) % len(with_end) != len(xi)
-        share = last[others] / last[first]
+        share = last[kept] / last[first]
         return tuple(
-            table[np.ix_(rows, others)] - np.outer(table[rows, first], share) for table in (value, slope)
-        )  # type: ignore[return-value]
+            table[np.ix_(rows, kept)] - np.outer(table[rows, first], share) for table in (value, slope)
+        )
 
     @lru_cache(maxsize=4)  # noqa: B019 - few of them live as long as the process
     def looked(self, many: int) -> Looked:
@@ -94,7 +104,7 @@ class Basis:
         return np.array([slope.T @ (weights[:, None] * slope) for weights in self.whole])
 
 
-@lru_cache(maxsize=32)
-def basis(count: int, degree: int) -> Basis:
-    """Return the polynomials of one degree in so many phases."""
-    return Basis(count, degree)
+@lru_cache(maxsize=64)
+def basis(degrees: tuple[int, ...]) -> Basis:
+    """Return the polynomials of these degrees."""
+    return Basis(degrees)

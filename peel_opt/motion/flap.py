@@ -83,18 +83,18 @@ class Flap:
     setting : Setting
     phases : tuple of int
         Which piece of the law each phase is on.
-    degree : int
-        Of the polynomials.
+    degrees : tuple of int
+        Of the polynomials of each phase.
     """
 
     setting: Setting
     phases: tuple[int, ...]
-    degree: int
+    degrees: tuple[int, ...]
 
     @cached_property
     def basis(self) -> Basis:
         """Its polynomials."""
-        return basis(len(self.phases), self.degree)
+        return basis(self.degrees)
 
     @cached_property
     def pieces(self) -> list[Traction]:

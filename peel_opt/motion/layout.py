@@ -37,18 +37,28 @@ PLACED = 1e-13
 FINE = 5e-4
 
 
+#: Lengths over eta up to which a phase has a lower degree: its high modes would be those of rounding.
+DEGREES = ((0.03, 5), (0.2, 9), (0.8, 15))
+
+
+def degrees(lengths: np.ndarray, degree: int) -> tuple[int, ...]:
+    """Return the degree of the polynomials of each phase, by its length."""
+    return tuple(min([degree, *(low for most, low in DEGREES if length <= most)]) for length in lengths)
+
+
 class Excess(NamedTuple):
     """How far a flap is beyond its phases, positive from where they must change."""
 
     beyond: float
     short: float
+    long: float
 
 
 def excess(flap: Flap, u: np.ndarray) -> Excess:
-    """Return by how much heights pass the kinks of their phases, and by how much a phase is too short."""
+    """Return by how much heights pass the kinks of their phases, and a phase is too short or too long."""
     kinks = np.array([-np.inf, *flap.setting.law.kinks, np.inf]) / flap.setting.ratio
     beyond = [-np.inf]
-    for j, phase in enumerate(flap.outline(u, LOOKED * flap.degree)):
+    for j, phase in enumerate(flap.outline(u, LOOKED * flap.basis.degree)):
         low, high = kinks[flap.phases[j] : flap.phases[j] + 2]
         s, heights = phase[:, 0], phase[:, 3]
         for over in [heights - high] * bool(np.isfinite(high)) + [low - heights] * bool(np.isfinite(low)):
@@ -59,7 +69,17 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
             )
             beyond += [_top(s[i - 1 : i + 2], over[i - 1 : i + 2]) for i in near]
     lengths = u[flap.lengths]
-    return Excess(float(max(beyond)), float(DEAD - lengths.min()) if len(lengths) > 1 else -np.inf)
+    long = [
+        length - most
+        for length, own in zip(lengths, flap.degrees, strict=True)
+        for most, low in DEGREES
+        if own == low
+    ]
+    return Excess(
+        float(max(beyond)),
+        float(DEAD - lengths.min()) if len(lengths) > 1 else -np.inf,
+        float(max(long, default=-np.inf)),
+    )
 
 
 def _top(s: np.ndarray, over: np.ndarray) -> float:
@@ -74,7 +94,7 @@ Along = Callable[[np.ndarray], np.ndarray]
 
 def along(flap: Flap, u: np.ndarray, z: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
     """Return theta, x, y and with rates ``z`` the spin of a flap at any s, (n, 4), by its own polynomials."""
-    many, ends = flap.degree + 2, np.append(0.0, np.cumsum(u[flap.lengths]))
+    many, ends = flap.basis.degree + 2, np.append(0.0, np.cumsum(u[flap.lengths]))
     series = _to_chebyshev(many) @ flap.outline(u, many, z)[:, :, 1:]
 
     def values(s: np.ndarray) -> np.ndarray:
@@ -120,8 +140,8 @@ def laid_out(
         If the places of its kinks were not found.
     """
     phases, lengths = _phases(setting, sbar, theta)
-    flap = Flap(setting, phases, degree)
-    xi, value, slope, _ = flap.basis.looked(LOOKED * degree)
+    flap = Flap(setting, phases, degrees(lengths, degree))
+    xi, value, slope, _ = flap.basis.looked(LOOKED * flap.basis.degree)
     for _ in range(MOST_CORRECTIONS):
         ends = np.cumsum(lengths)
         s = np.concatenate([end - length * (1.0 - xi) for end, length in zip(ends, lengths, strict=True)])

@@ -194,7 +194,7 @@ class Integrator:
         """Return one step of a length, or None if its equations were not solved."""
         rule = tableau(self.stages)
         D = rule.differences / h
-        stages = u + h * rule.nodes[1:, None] * z if before is None else before.at(t + h * rule.nodes[1:])[0]
+        stages = np.tile(u, (self.stages, 1)) if before is None else before.at(t + h * rule.nodes[1:])[0]
         rates, seconds = self._rates(D, u, z, stages)
         factors, last = None, np.inf
         for _ in range(MOST_CORRECTIONS):

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import takewhile
 
+import numpy as np
+
 from ..base.checks import positive
 from ..base.errors import InvalidInput, NotConverged, OutOfRange
 from ..base.progress import Progress
@@ -23,11 +25,15 @@ from ..model.scene import Scene
 from .departure import departure, stretched
 from .rates import resistance
 from .run import Posture, Setting, Told, Track, Until
-from .tracking import track
+from .tracking import MESHES, track
 from .trajectory import BONDS, Happening, Ledger, Snap, TipPath
 
 #: Longest run, over the unit of time, of a rod that is followed until it rests.
 LONGEST = 3000.0
+
+#: Largest error of front and tip over eta, or of the identity, with which a finer run is not tried, and with
+#: which none is returned.
+GOOD, USABLE = 2e-6, 1e-3
 
 #: How far from the folded equilibrium a rod at rest may be, over eta.
 APART = 1e-5
@@ -113,9 +119,8 @@ def snap(
     posture, growth = _begun(asked, flaw, start)
     limit = _until(until, asked)
     with _telling(growth, limit, progress) as told:
-        coarse = track(asked.setting, posture, limit, resolution=0)
-        fine = track(asked.setting, posture, limit, resolution=1, told=told)
-    found = _in_units(asked, fine, growth, *_errors(coarse, fine))
+        fine, error, time_error = _resolved(asked.setting, posture, limit, told)
+    found = _in_units(asked, fine, growth, error, time_error)
     if fine.outcome == "folded":
         _require_folded(asked, fine)
     if fine.outcome == "contact" and until != "contact":
@@ -226,6 +231,35 @@ def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
 
         yield reached
         step(PARTS - done)
+
+
+def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
+    """Run at one resolution after another until two agree; return the finer run and what they differ by.
+
+    Raises
+    ------
+    NotConverged
+        If no two do.
+    """
+    coarse, error = None, math.inf
+    for resolution in range(len(MESHES)):
+        last = resolution == len(MESHES) - 1
+        try:
+            run = track(setting, start, until, resolution=resolution, told=told)
+        except NotConverged:
+            if last:
+                raise
+            continue
+        if coarse is not None:
+            error, time_error = _errors(coarse, run)
+            missed = max(error, float(np.abs(run.identity).max()))
+            if missed <= GOOD or (last and missed <= USABLE):
+                return run, error, time_error
+        coarse = run
+    raise NotConverged(
+        f"front and tip of two runs differ by {error:.1e} eta.",
+        remedy="Give a time or a rod_length to end at.",
+    )
 
 
 def _errors(coarse: Track, fine: Track) -> tuple[float, float]:

@@ -19,13 +19,22 @@ from .trajectory import Happening, Ledger, TipPath
 
 #: Degree of the polynomials of a phase, and largest error of an angle or a length over eta that a step may
 #: have, by resolution.
-MESHES = ((25, 1e-8), (31, 1e-9))
+MESHES = ((25, 1e-8), (31, 1e-9), (43, 1e-9), (60, 1e-9))
+
+#: By how much the identity may be missed, over T0 eta, before a run is given up: its front is not resolved.
+LOST = 1e-2
 
 #: First step, over the time unit, at the start and after an event.
 FIRST, AFTER = 0.1, 0.01
 
+#: Time that passes first in new phases, over the time unit.
+RELAXED = 1e-7
+
 #: Fastest point, eta per time unit, of a rod that is at rest.
 REST = 1e-8
+
+#: How near front and tip come to where they were a period ago, over eta, on a motion that repeats itself.
+ROUND = 1e-5
 
 #: Where within a step states are stored beside its end, and the angles that are named, every so many rad.
 BETWEEN = np.array([0.25, 0.5, 0.75, 1.0])
@@ -65,8 +74,8 @@ def track(
     """Return a run up to contact, by front tracking: a `Tier`."""
     degree, tol = MESHES[resolution]
     flap, u, z = laid_out(setting, degree, float(start.s[-1]), *through(start))
-    t, h, before, log, first = start.t, FIRST, None, _Log(), flap.tip(u).angle
-    z = z if setting.mass else flap.rate(u)
+    t, u, z = _relaxed(flap, start.t, u, z, tol)
+    h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
     _keep(log, flap, t, u, z)
     log.name("start", t, log.rows[0][1].front, flap.tip(u))
     for _ in range(MOST_STEPS):
@@ -84,24 +93,42 @@ def track(
         if told is not None:
             told(t)
         reading = log.rows[-1][1]
+        if abs(reading.identity) > LOST:
+            raise NotConverged(
+                f"from t = {t:.6g}, sbar/eta = {reading.front:.6g} on the moving rod is not resolved.",
+                remedy="Give a rod_length or a time at which to stop before, or a lower pressure.",
+            )
         kind = "" if ending is None else ending[0]
         if kind == "phases":
-            flap, u, z = _in_new_phases(flap, u, z)
+            flap, u, z = _in_new_phases(flap, u, z, degree)
+            t, u, z = _relaxed(flap, t, u, z, tol)
             h, before = AFTER, None
             continue
         if not kind and reading.speed < REST and until.arrest:
             kind = "arrest"
+        if not kind and until.arrest and _goes_round(log.events):
+            kind = "cycle"
         if not kind and t >= until.time:
             kind = "time"
         if kind:
-            log.name("contact" if kind == "closes" else kind, t, reading.front, reading.tip)
+            log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, reading.front, reading.tip)
             return _finished(log, flap, u, z, _outcome(kind, float(reading.tip.angle), float(first)))
     raise NotConverged(
         f"{MOST_STEPS} steps came to no end, at t = {t:.6g}.", remedy="Ask for a time, or with drag."
     )
 
 
-def _in_new_phases(flap: Flap, u: np.ndarray, z: np.ndarray) -> tuple[Flap, np.ndarray, np.ndarray]:
+def _relaxed(
+    flap: Flap, t: float, u: np.ndarray, z: np.ndarray, tol: float
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Let a time pass in which only the modes of short phases move: the rates are then those of motion."""
+    step, _ = Integrator(flap, bool(flap.setting.mass), tol).advance(t, u, z, RELAXED)
+    return step.stop, step.u[-1], step.z[-1]
+
+
+def _in_new_phases(
+    flap: Flap, u: np.ndarray, z: np.ndarray, degree: int
+) -> tuple[Flap, np.ndarray, np.ndarray]:
     """Return the same flap in the phases that it now visits."""
     here = along(flap, u, z)
     sbar = float(u[flap.lengths].sum())
@@ -112,8 +139,7 @@ def _in_new_phases(flap: Flap, u: np.ndarray, z: np.ndarray) -> tuple[Flap, np.n
     def spin(s: np.ndarray) -> np.ndarray:
         return here(s)[:, 3]
 
-    new, u, z = laid_out(flap.setting, flap.degree, sbar, theta, spin if flap.setting.mass else None)
-    return new, u, z if flap.setting.mass else new.rate(u)
+    return laid_out(flap.setting, degree, sbar, theta, spin if flap.setting.mass else None)
 
 
 def _outcome(kind: str, angle: float, first: float) -> str:
@@ -122,7 +148,21 @@ def _outcome(kind: str, angle: float, first: float) -> str:
         return "closes"
     if kind == "arrest":
         return "folded" if angle < -0.5 * math.pi else "held"
-    return {"time": "not settled"}.get(kind, kind)
+    return {"time": "not settled", "cycle": "flapping"}.get(kind, kind)
+
+
+def _goes_round(events: list[Happening]) -> bool:
+    """Whether the tip passes an angle as it did a period ago, and a period before that."""
+    passed = [e for e in events if e.kind == "angle"]
+    if not passed:
+        return False
+    now = passed[-1]
+    again = [e for e in passed[:-1] if abs(e.angle - now.angle) < 0.5 * ANGLES][::-1]
+    # Between two passages in the same direction there is one in the other.
+    same = again[1:4:2]
+    return len(same) == 2 and all(
+        max(abs(e.front - now.front), abs(e.x - now.x), abs(e.y - now.y)) < ROUND for e in same
+    )
 
 
 def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:

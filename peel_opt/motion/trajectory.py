@@ -6,15 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ..base.checks import finite
+from ..base.drawing import draw, film
 from ..base.errors import InvalidInput
+from ..base.progress import Progress
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..model.rod import Rod, Units, rod_from
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: What a bond does when a point that was open comes back: heals, heals as far as it was not damaged, or
 #: heals unless it was fully open.
@@ -232,6 +238,45 @@ class Snap(Stored):
     @cached_property
     def _between(self) -> list[Any]:
         return [PchipInterpolator(self.t, values) for values in (self.front, self.x, self.y, self.theta)]
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw front and tip against time; `peel_opt.plots` has ledger, shapes and orbit too.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+
+        Returns
+        -------
+        Axes
+        """
+        return draw(self, ax)
+
+    def film(self, path: str | Path, *, frames: int = 120, fps: int = 25, progress: Progress = None) -> Path:
+        """Write a film of the rod, with front, tip and ledger beside it.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its suffix chooses: .gif, .html, or .mp4, which needs the program ffmpeg.
+        frames : int
+        fps : int
+            Frames per second.
+        progress : None, bool or callable
+            By default a bar on stderr after a second, if that is a terminal.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InvalidInput
+            If the suffix names no film, or the file cannot be written.
+        MissingExtra
+            If ffmpeg is needed and absent.
+        """
+        return film(self, path, frames=frames, fps=fps, progress=progress)
 
     def _head(self) -> dict[str, Any]:
         names = ("law", "bond", "pressure", "mass", "drag", "growth_rate", "outcome", "error", "time_error")

@@ -8,16 +8,22 @@ from .diagram import plot_branch
 from .dispatch import draw
 from .files import picture_file, save_figure
 from .flaws import plot_held_lengths, plot_loading_curve, plot_safe_pressures
+from .motion import film, plot_ledger, plot_motion, plot_orbit, plot_shapes
 from .rod import plot_equilibrium, plot_family
 
 __all__ = [
     "draw",
+    "film",
     "picture_file",
     "plot_branch",
     "plot_equilibrium",
     "plot_family",
     "plot_held_lengths",
+    "plot_ledger",
     "plot_loading_curve",
+    "plot_motion",
+    "plot_orbit",
     "plot_safe_pressures",
+    "plot_shapes",
     "save_figure",
 ]

@@ -22,6 +22,7 @@ PICTURES = {
     "Propagated": "spread",
     "WorkPrecision": "work",
     "LoadingCurve": "flaws",
+    "Snap": "motion",
 }
 
 

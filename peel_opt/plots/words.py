@@ -60,16 +60,27 @@ def length_unit(rod: Rod | None, extent: float) -> AxisUnit:
         return AxisUnit(1.0, r"\bar s", is_symbol=True)
     if rod.dimensionless:
         return AxisUnit(1.0, r"\eta", is_symbol=True)
-    exponent = _exponent(extent)
-    return AxisUnit(10.0**exponent, f"{PREFIXES[exponent]}m")
+    return prefixed(extent, "m")
 
 
 def pressure_unit(rod: Rod, largest: float) -> AxisUnit:
     """Return the unit of an axis of pressures up to ``largest``."""
     if rod.dimensionless:
         return AxisUnit(1.0, "T_0", is_symbol=True)
+    return prefixed(largest, "Pa")
+
+
+def time_unit(name: str, longest: float) -> AxisUnit:
+    """Return the unit of an axis of times up to ``longest``, of a motion that has them in ``name``."""
+    if name == "s":
+        return prefixed(longest, "s")
+    return AxisUnit(1.0, {"tau": r"\tau", "c eta/T0": r"(c\eta/T_0)"}[name], is_symbol=True)
+
+
+def prefixed(largest: float, unit: str) -> AxisUnit:
+    """Return an SI unit with the prefix that fits values up to ``largest``."""
     exponent = _exponent(largest)
-    return AxisUnit(10.0**exponent, f"{PREFIXES[exponent]}Pa")
+    return AxisUnit(10.0**exponent, f"{PREFIXES[exponent]}{unit}")
 
 
 def quantity(value: float, unit: str) -> str:

@@ -1,0 +1,352 @@
+"""Motions: front and tip against time, the ledger of energies, shapes, the orbit in the diagram, films."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..base.checks import whole
+from ..base.errors import InvalidInput, MissingExtra
+from ..base.files import as_path, atomic_write
+from ..base.progress import Progress
+from ..base.progress import progress as telling
+from ..equilibria.branch import Branch
+from ..motion.trajectory import Snap
+from . import style
+from .axes import axes_or
+from .dispatch import draw
+from .words import AxisUnit, length_unit, prefixed, pressure_unit, quantity, time_unit
+
+if TYPE_CHECKING:
+    from matplotlib.animation import AbstractMovieWriter
+
+#: Change of the tip angle [rad] by which a motion has begun, and to which it is over, on a picture.
+SEEN = 0.02
+
+#: What a film is written by, by the suffix of its file.
+FILMS = (".gif", ".html", ".mp4")
+
+#: Dots per inch of a film.
+DPI = 100.0
+
+#: The parts of the ledger, in words and colours.
+PARTS = {
+    "work": ("work of the pressure", style.PRESSURE),
+    "drag": ("lost to drag", style.PLATE),
+    "bond_loss": ("lost to the bond", style.WARNING),
+    "kinetic": ("kinetic", style.HERE),
+    "bending": ("bending", style.ROD),
+    "separation": ("separation", style.ADHESION),
+}
+
+
+def seen(motion: Snap) -> tuple[float, float]:
+    """Return when a motion is seen: not the first of its growth, nor the last of its settling."""
+    angle, t = motion.tip.angle, motion.t
+    begun = int(np.argmax(np.abs(angle - angle[0]) > SEEN))
+    moving = np.flatnonzero(np.abs(angle - angle[-1]) > SEEN)
+    over = int(moving[-1]) + 1 if moving.size else len(t) - 1
+    return (float(t[max(begun - 1, 0)]), float(t[over])) if over > begun else (float(t[0]), float(t[-1]))
+
+
+@draw.register
+def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
+    """Draw front and tip of a rod in motion against time.
+
+    Parameters
+    ----------
+    motion : Snap
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Lengths against time, in the rod's units; named moments are marked on the front.
+    """
+    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
+    lengths, times, (begin, end) = length_unit(motion.rod, _extent(motion)), _times(motion), seen(motion)
+    t = (motion.t - begin) / times.size
+    for values, label, colour, dash in (
+        (motion.front, r"front $\bar s$", style.ROD, "-"),
+        (motion.tip.x, r"tip $x$", style.ADHESION, (0, (5.0, 1.6))),
+        (motion.tip.y, r"tip $y$", style.PRESSURE, (0, (1.6, 1.6))),
+    ):
+        ax.plot(t, values / lengths.size, color=colour, linestyle=dash, label=label, linewidth=1.6)
+    for event in motion.events:
+        if event.kind not in ("angle", "start") and begin <= event.t <= end:
+            where = (event.t - begin) / times.size, event.front / lengths.size
+            ax.plot(*where, "D", color=style.WARNING)
+            ax.annotate(
+                event.kind, where, (-4, 6), textcoords="offset points", ha="right", fontsize=style.SMALL
+            )
+    ax.set_xlim(0.0, (end - begin) / times.size)
+    ax.set_ylim(0.0, None)
+    ax.set_xlabel(times.axis("t"))
+    ax.set_ylabel(_bracketed("length", lengths))
+    ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
+    ax.set_title(_title(motion), fontsize=style.SMALL, loc="left")
+    return ax
+
+
+def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
+    """Draw where the work of the pressure goes: energies of a rod in motion against time.
+
+    Parameters
+    ----------
+    motion : Snap
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Energies per width, stored and lost stacked, the work as a line on top; in the rod's units.
+    """
+    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
+    times, (begin, end), energies = _times(motion), seen(motion), _energies(motion)
+    t, ledger = (motion.t - begin) / times.size, motion.energy
+    stored = [
+        getattr(ledger, name) - getattr(ledger, name)[0] for name in ("bending", "separation", "kinetic")
+    ]
+    for name, values in zip(("bending", "separation", "kinetic"), stored, strict=True):
+        _part(ax, t, values / energies.size, name, "-")
+    for name in ("drag", "bond_loss"):
+        if np.any(getattr(ledger, name)):
+            _part(ax, t, getattr(ledger, name) / energies.size, name, (0, (5.0, 1.6)))
+    _part(ax, t, ledger.work / energies.size, "work", "-", 2.2)
+    ax.axhline(0.0, color=style.PLATE, linewidth=0.8)
+    ax.set_xlim(0.0, (end - begin) / times.size)
+    ax.set_xlabel(times.axis("t"))
+    ax.set_ylabel(_bracketed("energy since the start", energies))
+    ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
+    return ax
+
+
+def _part(ax: Axes, t: np.ndarray, values: np.ndarray, name: str, dash: Any, width: float = 1.6) -> None:
+    label, colour = PARTS[name]
+    ax.plot(t, values, color=colour, linestyle=dash, linewidth=width, label=label)
+
+
+def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
+    """Draw a motion over the diagram of its rod: along its pressure from one equilibrium to another.
+
+    Parameters
+    ----------
+    motion : Snap
+    branch : Branch
+        Of the same rod, from `peel_opt.trace`.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Detached length against pressure, as in the diagram.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch is of another rod.
+    """
+    if branch.rod != motion.rod:
+        raise InvalidInput("the diagram must be that of the rod that moves.", remedy="Trace motion.rod.")
+    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
+    lengths = length_unit(motion.rod, float(max(branch.length.max(), motion.front.max())))
+    pressures = pressure_unit(motion.rod, motion.rod.adhesion_strength)
+    x, y = branch.pressure / pressures.size, branch.length / lengths.size
+    folded = branch.state == "folded"
+    ax.plot(np.where(folded, np.nan, x), y, color=style.ADHESION, linestyle=(0, (5.0, 2.0)), label="unfolded")
+    ax.plot(np.where(folded, x, np.nan), y, color=style.ADHESION, label="folded")
+    p, front = motion.pressure / pressures.size, motion.front / lengths.size
+    ax.plot(np.full(len(front), p), front, color=style.PRESSURE, linewidth=style.ROD_WIDTH, label="snap")
+    ax.plot(p, front[0], "o", color=style.PRESSURE, markerfacecolor="white")
+    ax.plot(p, front[-1], "D", color=style.PRESSURE)
+    ax.set_xlabel(pressures.axis("p"))
+    ax.set_ylabel(lengths.axis(r"\bar s"))
+    ax.legend(fontsize=style.SMALL, frameon=False)
+    ax.set_title(f"circle: where it starts; diamond: {motion.outcome}", fontsize=style.SMALL, loc="left")
+    return ax
+
+
+def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes:
+    """Draw the shapes that a rod in motion takes, evenly over the turning of its tip.
+
+    Parameters
+    ----------
+    motion : Snap
+    ax : Axes, optional
+    count : int, optional
+        How many, the first and the last among them.
+
+    Returns
+    -------
+    Axes
+        Height above the plate against the place along it, in the rod's units.
+    """
+    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.6), layout="constrained").add_subplot())
+    stage = _Stage(motion, ax)
+    turned = np.append(0.0, np.cumsum(np.abs(np.diff(motion.tip.angle))))
+    times = np.interp(
+        np.linspace(0.0, turned[-1], whole("count", count, 2)), turned + 1e-12 * motion.t, motion.t
+    )
+    colours = style.family_colours(len(times))
+    for i, t in enumerate(times):
+        stage.rod(float(t), colours[i], f"{(t - seen(motion)[0]) / stage.times.size:.3g}")
+    unit = stage.times.name if not stage.times.is_symbol else f"${stage.times.name}$"
+    ax.legend(fontsize=style.SMALL, frameon=False, title=f"$t$ [{unit}]", title_fontsize=style.SMALL)
+    return ax
+
+
+@dataclass
+class _Stage:
+    """The plate, and the room that all shapes of a motion take."""
+
+    motion: Snap
+    ax: Axes
+
+    def __post_init__(self) -> None:
+        motion, ax = self.motion, self.ax
+        self.lengths, self.times = length_unit(motion.rod, _extent(motion)), _times(motion)
+        size = self.lengths.size
+        self.right = 1.15 * max(float(motion.front.max()), float(motion.x.max())) / size
+        left, top = float(motion.x.min()) / size, 1.1 * float(motion.y.max()) / size
+        ax.axhline(0.0, color=style.PLATE, linewidth=4.0, zorder=0)
+        if (y0 := motion.rod.adhesion_range / size) < top:
+            ax.axhline(y0, color=style.RANGE, linewidth=0.9, linestyle=(0, (2.0, 2.0)), zorder=0)
+        ax.set(xlim=(left - 0.05 * self.right, self.right), ylim=(-0.06 * top, top), aspect="equal")
+        ax.set_xlabel(self.lengths.axis("x"))
+        ax.set_ylabel(self.lengths.axis("y"))
+
+    def places(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the rod is, detached and attached."""
+        pose, size = self.motion.shape(t), self.lengths.size
+        return np.append(pose.x / size, self.right), np.append(pose.y / size, 0.0)
+
+    def rod(self, t: float, colour: Any, label: str) -> None:
+        """Draw it."""
+        self.ax.plot(*self.places(t), color=colour, linewidth=1.8, label=label)
+
+
+# --- films ---------------------------------------------------------------------------------------
+
+
+def film(
+    motion: Snap, path: str | Path, *, frames: int = 120, fps: int = 25, progress: Progress = None
+) -> Path:
+    """Write a film of a motion: the rod, its front and tip, and the ledger.
+
+    Parameters
+    ----------
+    motion : Snap
+    path : str or Path
+        Its suffix chooses: .gif, .html, or .mp4, which needs ffmpeg.
+    frames : int
+    fps : int
+        Frames per second.
+    progress : None, bool or callable
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InvalidInput
+        If the suffix names no film, or the file cannot be written.
+    MissingExtra
+        If ffmpeg is needed and not there.
+    """
+    path, frames, fps = as_path(path), whole("frames", frames, 2), whole("fps", fps, 1, 1000)
+    writer = _writer(path, fps)
+    figure, moments = _screen(motion, np.linspace(*seen(motion), frames))
+    with TemporaryDirectory() as folder, mpl.rc_context({"animation.embed_limit": 2**10}):
+        draft = Path(folder) / f"film{path.suffix.lower()}"
+        with writer.saving(figure, str(draft), DPI), telling("frame", frames, progress) as step:
+            for _ in moments:
+                writer.grab_frame()
+                step()
+        content = draft.read_bytes()
+    return atomic_write(path, lambda file: file.write(content))
+
+
+def _writer(path: Path, fps: int) -> AbstractMovieWriter:
+    """Return what writes a film of this suffix."""
+    from matplotlib.animation import FFMpegWriter, HTMLWriter, PillowWriter
+
+    suffix = path.suffix.lower()
+    if suffix not in FILMS:
+        raise InvalidInput(
+            f"cannot tell the format of a film from {path.name!r}.",
+            remedy=f"End the name in one of {', '.join(FILMS)}.",
+        )
+    if suffix == ".mp4":
+        if which("ffmpeg") is None:
+            raise MissingExtra(
+                "an MP4 needs the program ffmpeg.", remedy="Install it, or write a .gif or .html."
+            )
+        return FFMpegWriter(fps=fps)
+    return PillowWriter(fps=fps) if suffix == ".gif" else HTMLWriter(fps=fps, embed_frames=True)
+
+
+def _screen(motion: Snap, times: np.ndarray) -> tuple[Figure, Iterator[float]]:
+    """Return the picture of a film, and what moves it on and yields the time of each frame."""
+    figure = Figure(figsize=(8.0, 6.4), layout="constrained")
+    panels = figure.subplot_mosaic([["rod", "rod"], ["lengths", "energies"]], height_ratios=[1.1, 1.0])
+    stage = _Stage(motion, panels["rod"])
+    stage.rod(float(times[0]), style.ROD, "")
+    (rod,) = panels["rod"].lines[-1:]
+    rod.set_linewidth(style.ROD_WIDTH)
+    panels["rod"].set_title(_title(motion), fontsize=style.SMALL, loc="left")
+    plot_motion(motion, panels["lengths"]).set_title("", loc="left")
+    plot_ledger(motion, panels["energies"])
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # it need not be found again for every frame
+    hands = [panels[name].axvline(0.0, color=style.HERE) for name in ("lengths", "energies")]
+
+    def moved() -> Iterator[float]:
+        for t in times:
+            rod.set_data(*stage.places(float(t)))
+            for hand in hands:
+                hand.set_xdata([(t - times[0]) / stage.times.size] * 2)
+            yield float(t)
+
+    return figure, moved()
+
+
+# --- units and words -----------------------------------------------------------------------------
+
+
+def _extent(motion: Snap) -> float:
+    return float(motion.front.max())
+
+
+def _times(motion: Snap) -> AxisUnit:
+    begin, end = seen(motion)
+    return time_unit(motion.time_unit, end - begin)
+
+
+def _energies(motion: Snap) -> AxisUnit:
+    if motion.rod.dimensionless:
+        return AxisUnit(1.0, r"T_0\eta^2", is_symbol=True)
+    return prefixed(float(np.abs(motion.energy.work).max()), "J/m")
+
+
+def _bracketed(words: str, unit: AxisUnit) -> str:
+    return f"{words} [${unit.name}$]" if unit.is_symbol else f"{words} [{unit.name}]"
+
+
+def _title(motion: Snap) -> str:
+    rod = motion.rod
+    load = (
+        f"$p/T_0 = {motion.pressure:.4g}$"
+        if rod.dimensionless
+        else f"$p$ = {quantity(motion.pressure, 'Pa')}"
+    )
+    return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond: {motion.outcome}"

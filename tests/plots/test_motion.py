@@ -1,0 +1,66 @@
+"""Pictures and films of motions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import peel_opt as po
+from peel_opt.plots import film, plot_ledger, plot_orbit, plot_shapes
+
+
+@pytest.fixture(scope="module")
+def moved() -> po.Snap:
+    return po.snap(po.Rod(2.2867e-5, 140096.0, 0.728e-3), 40e3, mass=2.7, drag=2e4)
+
+
+def test_front_and_tip_against_time(moved: po.Snap) -> None:
+    ax = moved.plot()
+    front = ax.get_lines()[0]
+    assert front.get_ydata()[-1] == pytest.approx(1e3 * moved.front[-1])
+    assert ax.get_xlabel() == "$t$ [ms]"
+    assert ax.get_ylabel() == "length [mm]"
+    assert ax.get_xlim()[1] < 1e3 * (moved.t[-1] - moved.t[0])  # the growth from nothing is not shown
+
+
+def test_the_ledger_shows_what_adds_up(moved: po.Snap) -> None:
+    ax = plot_ledger(moved)
+    lines = {line.get_label(): np.asarray(line.get_ydata()) for line in ax.get_lines()}
+    paid = sum(lines[name] for name in ("bending", "separation", "kinetic", "lost to drag"))
+    assert paid == pytest.approx(lines["work of the pressure"], abs=1e-6 * lines["bending"].max())
+    assert ax.get_ylabel().endswith("[mJ/m]")
+
+
+def test_the_orbit_lies_at_its_pressure_in_the_diagram_of_its_rod(moved: po.Snap) -> None:
+    ax = plot_orbit(moved, po.trace(moved.rod))
+    orbit = next(line for line in ax.get_lines() if line.get_label() == "snap")
+    assert set(np.asarray(orbit.get_xdata())) == {40.0}
+    with pytest.raises(po.InvalidInput, match="diagram"):
+        plot_orbit(moved, po.trace(po.Rod.from_ratio(1.0)))
+
+
+def test_shapes_stand_on_the_plate(moved: po.Snap) -> None:
+    ax = plot_shapes(moved, count=4)
+    shapes = [line for line in ax.get_lines() if len(np.asarray(line.get_xdata())) > 50]
+    assert len(shapes) == 4
+    assert all(np.asarray(line.get_ydata())[-2] == pytest.approx(0.0, abs=1e-9) for line in shapes)
+
+
+def test_films(moved: po.Snap, tmp_path: Path) -> None:
+    seen = []
+    path = moved.film(
+        tmp_path / "snap.gif", frames=3, fps=10, progress=lambda done, total: seen.append((done, total))
+    )
+    with Image.open(path) as picture:
+        frames = [
+            np.asarray(picture.convert("L")) for _ in range(picture.n_frames) if picture.seek(_) is None
+        ]
+    assert len(frames) == 3
+    assert np.any(frames[0] != frames[1])
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+    assert "data:image/png" in film(moved, tmp_path / "snap.html", frames=2).read_text()
+    with pytest.raises(po.InvalidInput, match="format of a film"):
+        moved.film(tmp_path / "snap.avi")
