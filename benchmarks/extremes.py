@@ -23,7 +23,7 @@ import numpy as np
 
 from peel_opt.plots import save_figure
 from peel_opt.plots.figures.method_map import draw, scan_groups, scan_rods, scan_transition
-from peel_opt.studies.tradeoff.scan import METHODS, Compared
+from peel_opt.studies.tradeoff.compare import METHODS, Compared
 
 DOCS = Path(__file__).parent.parent / "docs"
 PICTURE, PAGE = DOCS / "img" / "method_map.png", DOCS / "extremes.md"

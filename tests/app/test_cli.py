@@ -15,7 +15,7 @@ from peel_opt import Equilibrium, __version__
 from peel_opt.app.cli import main as cli
 from peel_opt.app.cli.main import main
 from peel_opt.app.report import slug
-from peel_opt.studies.tradeoff.scan import METHODS
+from peel_opt.studies.tradeoff.compare import METHODS
 
 ROOT = Path(__file__).parents[2]
 AORTA = str(ROOT / "problems" / "aortic_flap.toml")

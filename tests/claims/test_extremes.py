@@ -17,7 +17,7 @@ import benchmarks.extremes as bench
 import peel_opt as po
 from peel_opt.app.cards import load_card, read_card
 from peel_opt.plots.figures import method_map
-from peel_opt.studies.tradeoff.scan import METHODS, Attempt, Compared, compare
+from peel_opt.studies.tradeoff.compare import METHODS, Attempt, Compared, compare
 
 from .. import oracle
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from ...base.errors import NoEquilibrium
 from ...equilibria.ask import equilibrium, length_given_pressure
 from ...model.rod import RATIOS, Rod
-from ...studies.tradeoff.scan import METHODS, Compared, compare
+from ...studies.tradeoff.compare import METHODS, Compared, compare
 from .. import style
 from ..work import METHOD_STYLES
 from . import look
