@@ -1,6 +1,8 @@
 """The public names, each with the module it lives in, from which it is imported when first used."""
 
 from .analysis.branch_potential import branch_potential as branch_potential
+from .analysis.critical import Transition as Transition
+from .analysis.critical import critical_length as critical_length
 from .analysis.derivatives import Sensitivities as Sensitivities
 from .analysis.design_relations import maxwell_length as maxwell_length
 from .analysis.energies import energies as energies
@@ -23,6 +25,8 @@ from .analysis.stability_along import stability_changes as stability_changes
 from .analysis.unbonded import FlawLimit as FlawLimit
 from .analysis.unbonded import critical_flaw as critical_flaw
 from .analysis.unbonded import safe_pressure as safe_pressure
+from .analysis.unfolding import Unfolding as Unfolding
+from .analysis.unfolding import unfolding as unfolding
 from .base.errors import (
     AmbiguousState as AmbiguousState,
 )

@@ -375,7 +375,8 @@ def _least(family: SceneFamily, last: Point) -> list[Point]:
         if solved is None:
             break
         arclength = last.arclength + float(np.linalg.norm(place_of(*solved) - last.place))
-        last = family.point(solved[0], solved[1].x, last.direction, arclength, solved[1].iterations)
+        # The branch may turn by more than a right angle in a step, but the angle goes on falling.
+        last = family.point(solved[0], solved[1].x, -FORWARD, arclength, solved[1].iterations)
         found.append(last)
     return found
 

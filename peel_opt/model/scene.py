@@ -239,6 +239,8 @@ class Scene:
         loads = loads and self.layer is None
         if isinstance(self.tip, Middle):
             return loads and self.tip.slack is None
+        if not self.is_flat:  # what is not normal to a curved wall bends the rod that lies on it
+            loads = loads and self.loads == (Pressure(),) and not self.numbers.get("force")
         tip = isinstance(self.tip, TipLoad) and self.tip.keeps_flat
         return loads and tip and self.imposed_curvature == 0.0
 
