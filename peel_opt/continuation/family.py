@@ -1,7 +1,7 @@
 """Pseudo-arclength continuation on the discretised (12).
 
 The family is the residual of (12) with one closure (a rod's ratio, or beta0): a curve, whose
-length is measured as `arclength` says.
+length is measured as `closures` says.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Stats:
     path_points : int
         Points of the branch on the way to the answer, shared by all questions of a rod.
     condition : float
-        |d answer / d given|, both dimensionless; infinite at a fold.
+        |d answer / d given|, both dimensionless, to some 1e-4 of it; infinite at a fold.
     """
 
     method: str = ""

@@ -37,7 +37,7 @@ CONTRACTION = 0.1
 
 #: Change of the Jacobian, as a share, up to which its factors serve for that of the solution, and size of an
 #: update from which on the next one shows it.
-SERVES, ROUGH = 2e-3, 1e-8
+SERVES, ROUGH = 2e-4, 1e-8
 
 #: Share of its tolerance below which an update that is foretold is not computed.
 AHEAD = 0.1
@@ -174,8 +174,10 @@ def newton(
         if not step <= 1e3:  # also where it is not a number
             return Correction(x, False, iteration, step, update)
         x = x + update
-        if step < tol or (not kept and step < 1e4 * tol and step > 0.5 * previous):
-            return Correction(x, True, iteration, step, update, drift)
+        # Rounding ends it, or a root that is nearly double, where each step changes all of the Jacobian.
+        stuck = not kept and tol <= step < 1e4 * tol and step > 0.5 * previous
+        if step < tol or stuck:
+            return Correction(x, True, iteration, step, update, np.inf if stuck else drift)
         if kept and previous > ROUGH and drift * step < AHEAD * tol:
             # The factors leave that share of each update to the next.
             return Correction(x, True, iteration, drift * step, drift * update, drift)

@@ -90,9 +90,14 @@ def test_an_answer_from_a_seed_takes_one_set_of_factors(name: str, counted: Coun
     ask()
     counted.clear()
     assert ask().certified
-    by_series = name == "groups"
-    # Label, error and condition are read off the factors that the correction ended with.
-    assert counted == ({} if by_series else {"corrections": 1, "factorisations": 1})
+    if name == "groups":  # by the series
+        assert not counted
+        return
+    # Label, error and condition are read off the factors that the correction ended with, unless it has gone
+    # further than they reach.
+    assert counted.keys() == {"corrections", "factorisations"}
+    assert counted["corrections"] == 1
+    assert counted["factorisations"] <= 1 + (name == "pressure")
 
 
 @pytest.mark.parametrize("name", SHORT)

@@ -1,6 +1,6 @@
 """The main job: right numbers, honest errors, the state that was meant, or a clear refusal.
 
-Modules: `ask`, `methods`, `certify`, `unfolded`, `closed_form`.
+Modules: `ask`, `methods`, `unfolded`, `closed_form`.
 """
 
 from __future__ import annotations

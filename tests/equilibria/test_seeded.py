@@ -15,7 +15,9 @@ from peel_opt.equilibria.select import select
 from peel_opt.equilibria.unfolded import seeded
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.rod import RATIOS
+from peel_opt.residual.accuracy import response
 from peel_opt.residual.closures import Closure
+from peel_opt.residual.linear import Linearised
 
 ASK = import_module("peel_opt.equilibria.ask")
 
@@ -95,3 +97,21 @@ def test_a_state_that_is_not_there_is_not_made_up():
     assert seeded(Question.of_rod(rod, "pressure", 0.12)) is None
     with pytest.raises(po.NoEquilibrium):
         po.length_given_pressure(rod, 0.1218)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 5.0, 300.0])
+def test_what_is_read_off_the_factors_of_a_correction_is_that_of_the_solution(ratio):
+    rod = po.Rod.from_ratio(ratio)
+    least, met = po.readhesion_pressure(rod).pressure_ratio, 0
+    for beyond in (1e-8, 1.6e-7, 1e-5, 1e-3, 4e-3, 0.1):
+        asked = Question.of_rod(rod, "pressure", least * (1.0 + beyond))
+        found = seeded(asked)
+        if found is None:  # a walk has to tell
+            continue
+        state = found[0].solution
+        anew = Linearised.at(state.problem, state.correction.x, *state.given)
+        kept, own = (response(at, state.correction.update, asked.read) for at in (state.linearised, anew))
+        assert kept.condition == pytest.approx(own.condition, rel=3e-4)
+        assert kept.rounding == pytest.approx(own.rounding, rel=0.01)
+        met += 1
+    assert met >= 3
