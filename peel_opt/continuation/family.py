@@ -19,7 +19,7 @@ from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars, kernel
 from ..model.groups import PI4
 from ..residual import closures
-from ..residual.accuracy import certificate
+from ..residual.accuracy import certificate_of_ends
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import (
     PROFILE_POINTS,
@@ -105,7 +105,7 @@ class Family:
 
     def certificate(self, point: Point) -> float:
         """How far a solution misses the equation that it was not solved with."""
-        return certificate(self.law, point.profile, point.problem.phases[0])
+        return certificate_of_ends(self.law, point.scalars, point.ends, point.problem.phases[0])
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the phases of a shape off its heights."""

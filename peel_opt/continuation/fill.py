@@ -16,18 +16,26 @@ import numpy as np
 
 from ..base.arrays import EPS
 from ..base.threads import one_thread
-from ..residual.accuracy import UNITS, units_lost
+from ..residual.accuracy import UNITS, can_estimate, units_lost
 from ..residual.closures import Closing, Closure, Plane, chart, parameters
+from ..residual.compiled_stack import AnyStack, stacked
 from ..residual.discretisation import Discretisation
 from ..residual.linear import Linearised, closed_system
 from .family import Family, StepControl
 from .points import Point, cubic, interpolated, place_of, turning
+from .segments import Segment, arclengths
 
 #: Steps of Newton's method between two neighbours; more mean that the guess was bad.
 MOST_STEPS = 4
 
 #: Largest update, relative to the unknowns, that counts as converged.
 SMALL = 1e-11
+
+#: Least share of the tip angle in the arclength with which it still tells states from one another.
+TURNS = 1e-5
+
+#: Arclength within which a point that is corrected again is the same.
+SAME = 1e-6
 
 #: A first update on the finer mesh larger than this is no measure of the error yet.
 LINEAR_RANGE = 1e-5
@@ -66,9 +74,17 @@ def filled(family: Family, points: Sequence[Point], largest: float) -> list[Poin
 
 def _is_smooth(family: Family, here: Point, there: Point) -> bool:
     """Whether the tip angle can serve as the coordinate from one point to the next."""
-    if not turning(here, there):
+    if not (turning(here, there) or _turns_on(family, here, there)):
         return False
     return closed_system(here.problem, (family.closure.kind, "amplitude")).pattern is None
+
+
+def _turns_on(family: Family, here: Point, there: Point) -> bool:
+    """Whether the tip angle grows from one point to the next, however little, as on a rod's whole branch."""
+    law = family.law
+    of_a_rod = family.closure.kind == "ratio" and law.falls_straight and law.branch_ends
+    grows = min(here.turn.A, there.turn.A, there.scalars.A - here.scalars.A) > 0.0
+    return of_a_rod and here.problem is there.problem and grows
 
 
 def _stepped(family: Family, here: Point, there: Point, largest: float) -> Iterator[Point]:
@@ -86,7 +102,6 @@ def _interpolated(
     family: Family, pairs: list[tuple[Point, Point]], largest: float
 ) -> list[list[Point] | None]:
     """Points between neighbours that share their discrete problem; None where that fails."""
-    problem = pairs[0][0].problem
     guesses, owners = [], []
     for number, (here, there) in enumerate(pairs):
         pieces = int(np.ceil((there.arclength - here.arclength) / largest * (1.0 - 1e-12)))
@@ -94,21 +109,55 @@ def _interpolated(
         guesses.append(_hermite(here, there, share))
         owners += [number] * len(share)
     start = np.vstack(guesses)
-    at_A = problem.column("A")
-    closing: list[tuple[Closing, ...]] = [
-        (family.closure, Closure("amplitude", float(x[at_A]))) for x in start
-    ]
-    x, rates, steps, good = corrected(problem, start, closing)
     found: list[list[Point] | None] = [[] for _ in pairs]
-    for i, number in enumerate(owners):
-        here, there = pairs[number]
+    for number, point in zip(owners, _solved_between(family, pairs, owners, start), strict=True):
         own = found[number]
-        point = _placed(here, there, x[i], rates[i, :, -1], steps) if good[i] else None
-        if own is None or point is None or not _belongs(family, own[-1] if own else here, point, there):
+        if own is None or point is None:
             found[number] = None
         else:
             own.append(point)
-    return found
+    return [
+        _in_place(family, pair, own) if own is not None else None
+        for pair, own in zip(pairs, found, strict=True)
+    ]
+
+
+def _in_place(family: Family, pair: tuple[Point, Point], inner: list[Point]) -> list[Point] | None:
+    """Return points between two with their arclengths; None where one does not belong there."""
+    here, there = pair
+    every = [here, *inner, there]
+    A = np.array([p.scalars.A for p in every])
+    if not np.all(np.diff(A) * (there.scalars.A - here.scalars.A) > 0.0):
+        return None
+    velocities = np.array([p.direction / p.turn.A for p in every])
+    along = arclengths(np.array([p.place for p in every]), velocities, A)
+    along *= (there.arclength - here.arclength) / along[-1]
+    # No branch is left between neighbours on the same side of all corners.
+    side = here.orientation if here.orientation == there.orientation else 0
+    placed = [p.placed(here.arclength + float(s), side) for p, s in zip(inner, along[1:-1], strict=True)]
+    belong = all(_belongs(family, a, b, there) for a, b in pairwise([here, *placed]))
+    return placed if belong else None
+
+
+def _solved_between(
+    family: Family, pairs: list[tuple[Point, Point]], owners: list[int], start: np.ndarray
+) -> list[Point | None]:
+    """Correct guesses that each lie between a pair of points, at their tip angles; None where that fails."""
+    problem = pairs[0][0].problem
+    A = start[:, problem.column("A")]
+    stack = stacked(problem, (family.closure.kind, "amplitude"))
+    if stack is None:
+        closing = [(family.closure, Closure("amplitude", float(a))) for a in A]
+        x, rates, steps, good = corrected(problem, start, closing)
+        return [
+            _corrected(pairs[owner][0], x[i], rates[i, :, -1], steps) if good[i] else None
+            for i, owner in enumerate(owners)
+        ]
+    segment = Segment.at(stack, family.closure, A, stack.gathered(start))
+    turned = np.sign([pairs[owner][0].turn.A for owner in owners])
+    points = segment.points(np.zeros(len(A)), turned)
+    good = segment.solved.converged.tolist()
+    return [point if reached else None for point, reached in zip(points, good, strict=True)]
 
 
 def _hermite(here: Point, there: Point, share: np.ndarray) -> np.ndarray:
@@ -154,15 +203,13 @@ def corrected(
     return x, solved[:, :, 1:], step, good
 
 
-def _placed(here: Point, there: Point, x: np.ndarray, rate: np.ndarray, steps: int) -> Point:
-    """Return a solution as a point of the branch between its neighbours."""
+def _corrected(here: Point, x: np.ndarray, rate: np.ndarray, steps: int) -> Point:
+    """Return a solution as a point of the branch after another, at the arclength of that."""
     tail = here.problem.tail
-    place, gradient = chart(x[tail])
+    gradient = chart(x[tail])[1]
     tangent = rate if here.turn.A > 0.0 else -rate
     unit = tangent / np.linalg.norm(gradient @ tangent[tail])
-    # No branch is left between neighbours on the same side of all corners.
-    orientation = here.orientation if here.orientation == there.orientation else 0
-    return Point(here.problem, x, unit, here.arclength + here.ahead(place), steps, orientation)
+    return Point(here.problem, x, unit, here.arclength, steps)
 
 
 def _belongs(family: Family, before: Point, point: Point, there: Point) -> bool:
@@ -209,18 +256,38 @@ class PointErrors:
 def point_errors(family: Family, points: Sequence[Point]) -> PointErrors:
     """Estimate the errors of points of a branch, many at once."""
     finer = replace(family, transcription=family.transcription.refined())
-    mesh, rounding = np.full(len(points), np.nan), np.full(len(points), np.nan)
+    mesh, rounding = np.array([point.errors or (np.nan, np.nan) for point in points]).T
     groups: dict[int, list[int]] = {}
-    for i, point in enumerate(points):
-        groups.setdefault(id(point.problem), []).append(i)
-    for members in groups.values():
-        mesh[members], rounding[members] = _one_step(finer, [points[i] for i in members])
     for i in np.flatnonzero(np.isnan(mesh)).tolist():
-        mesh[i] = _solved_again(finer, points[i])
-    for i in np.flatnonzero(np.isnan(rounding)).tolist():
-        rounding[i] = _rounding(family, points[i])
-    whole = [_whole(family, point, gap) for point, gap in zip(points, mesh.tolist(), strict=True)]
-    return PointErrors(np.array(whole), rounding)
+        groups.setdefault(id(points[i].problem), []).append(i)
+    for members in groups.values():
+        own = [points[i] for i in members]
+        stack = stacked(own[0].problem, (family.closure.kind, "amplitude"))
+        if stack is not None and can_estimate(family.transcription):
+            mesh[members], rounding[members] = _weighted(family, stack, own)
+    left = np.flatnonzero(np.isnan(mesh)).tolist()
+    for members in groups.values():
+        if others := [i for i in members if i in left]:
+            mesh[others], rounding[others] = _one_step(finer, [points[i] for i in others])
+    for i in left:
+        if math.isnan(mesh[i]):
+            mesh[i] = _solved_again(finer, points[i])
+        if math.isnan(rounding[i]):
+            rounding[i] = _rounding(family, points[i])
+        mesh[i] = _whole(family, points[i], mesh[i])
+    return PointErrors(mesh, rounding)
+
+
+def _weighted(family: Family, stack: AnyStack, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
+    """Errors by the residual on the finer mesh; not numbers where the tip angle does not tell states."""
+    x = stack.gathered(np.array([point.x for point in points]))
+    segment = Segment.at(stack, family.closure, np.array([point.scalars.A for point in points]), x)
+    # The two must be one state: a correction may have gone elsewhere.
+    same = np.linalg.norm(segment.places - np.array([point.place for point in points]), axis=1) < SAME
+    turns = np.abs(segment.directions[:, 0]) > TURNS
+    good = segment.solved.converged & same & turns
+    left_out, rounding = segment.errors
+    return np.where(good, left_out, np.nan), np.where(good, rounding, np.nan)
 
 
 def _whole(family: Family, point: Point, gap: float) -> float:

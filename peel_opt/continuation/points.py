@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..model.equations import Scalars
-from ..residual.closures import Closing, chart, miss
+from ..residual.closures import READINGS, Closing, chart, miss
 from ..residual.discretisation import Discretisation, Profile
 from ..residual.linear import rate
 from ..residual.newton import Correction
@@ -38,6 +38,8 @@ class Point:
     before : Discretisation, optional
         At a corner of the branch, the problem on the side it is walked from; ``problem`` and
         ``tangent`` are those of the other side.
+    errors : (float, float), optional
+        Its distance from the exact branch by the mesh, and by rounding, as arclength, where they are known.
     """
 
     problem: Discretisation
@@ -47,6 +49,7 @@ class Point:
     iterations: int
     orientation: int = 0
     before: Discretisation | None = None
+    errors: tuple[float, float] | None = None
 
     @cached_property
     def scalars(self) -> Scalars:
@@ -100,6 +103,17 @@ class Point:
         """The fields, sampled."""
         return self.problem.profile(self.x)
 
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Y at the tip and Theta at the plate."""
+        return self.profile.ends
+
+    def placed(self, arclength: float, orientation: int) -> Point:
+        """Return the same solution at an arclength, with all that is known of it."""
+        point = replace(self, arclength=arclength, orientation=orientation)
+        vars(point).update({name: value for name, value in vars(self).items() if name not in vars(point)})
+        return point
+
     def turned(self, arclength: float) -> Point:
         """Return the same solution on a walk in the other direction."""
         return replace(self, tangent=-self.tangent, orientation=-self.orientation, arclength=arclength)
@@ -118,7 +132,17 @@ def interpolated(here: Point, there: Point, share: float | np.ndarray) -> np.nda
     """
     width = there.scalars.A - here.scalars.A
     before, after = (width * p.tangent / p.turn.A for p in (here, there))
-    return cubic(np.asarray(share)[..., None], here.x, there.x, before, after)
+    x = cubic(np.asarray(share)[..., None], here.x, there.x, before, after)
+    P = [p.scalars.pressure_ratio if here.problem.phases[0].lets_go else 0.0 for p in (here, there)]
+    if min(P) > 0.0:
+        # Of a P far below 1, the cubics of m, sigma and A would not leave a digit.
+        slopes = (
+            width * p.rate(READINGS["pressure"]) / p.turn.A / p.scalars.pressure_ratio for p in (here, there)
+        )
+        pressure = np.exp(cubic(np.asarray(share), *np.log(P), *slopes))
+        A, m, sigma, _ = (here.problem.tail.start + k for k in range(4))
+        x[..., m] = (pressure - 1.0) * x[..., sigma] ** 3 / x[..., A]
+    return x
 
 
 def cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:

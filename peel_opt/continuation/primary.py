@@ -15,7 +15,7 @@ import threading
 import time
 from bisect import insort
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import islice, pairwise
 
@@ -29,9 +29,13 @@ from ..residual.closures import READINGS, Closure, misses
 from ..residual.discretisation import Profile
 from ..residual.meshes import PATH
 from ..residual.newton import SolvedState
+from .charted import charted, covers
 from .family import Family, StepControl, transition
 from .points import Point
 from .special import CONTACT, FOLDS, Located, locate, located, tip
+
+#: Kinds of folds of a rod's branch.
+FOLDED = tuple(kind for kind, _ in FOLDS["ratio"])
 
 #: Depth below the plate, as a share of the largest height, that no mesh puts a detached rod to.
 BELOW = 1e-3
@@ -126,9 +130,15 @@ class PrimaryBranch:
     control : StepControl
     longest : int
         Points after which the walk ends without an end of the branch.
+    least : int
+        Points that the branch of a rod is to have where its points need not be walked to.
 
     Attributes
     ----------
+    events : list of Located
+        Special points beside the folds and the contact that are known without a search.
+    walked_from : int
+        Number of points that were found together; the walk begins at the last of them.
     seconds : float
         Time it has been walked for, by all who asked for more of it.
     """
@@ -138,10 +148,13 @@ class PrimaryBranch:
     mode: int = 1
     control: StepControl = field(default_factory=StepControl)
     longest: int = 400
+    least: int = 0
     points: list[Point] = field(default_factory=list)
     folds: list[Located] = field(default_factory=list)
+    events: list[Located] = field(default_factory=list)
     contact: Located | None = None
     ended: str = ""
+    walked_from: int = 0
     seconds: float = 0.0
     _walk: Iterator[Point] | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -154,7 +167,6 @@ class PrimaryBranch:
             try:
                 if self._walk is None:
                     self._walk = self._start()
-                    self.points.append(next(self._walk))
                 while not self.ended and not enough(self.points[-1]):
                     self._advance()
                 heard.check()  # a step may have failed of one
@@ -163,18 +175,36 @@ class PrimaryBranch:
                 self._walk, self.ended = None, ""
                 self.points.clear()
                 self.folds.clear()
-                self.contact = None
+                self.events.clear()
+                self.contact, self.walked_from = None, 0
                 raise
             finally:
                 self.seconds += time.perf_counter() - began
 
     def _start(self) -> Iterator[Point]:
+        """Find the first points, on the charts as far as they cover the branch, and the walk that goes on."""
+        on_charts = self.side > 0 and self.mode == 1 and covers(self.family)
+        found = charted(self.family, self.least) if on_charts else None
+        if found is None:
+            self.points.append(self._first_point())
+            walk = self.family.walk(self.points[0], self.control)
+        else:
+            self.points += found.points
+            self.folds += (s for s in found.specials if s.kind in FOLDED)
+            self.events += (s for s in found.specials if s.kind not in FOLDED and s.kind != CONTACT[0])
+            self.contact = next((s for s in found.specials if s.kind == CONTACT[0]), None)
+            self.ended = "contact" if self.contact else ""
+            self.walked_from = len(found.points) - 1
+            walk = self.family.walk(found.points[-1], replace(self.control, first=self.control.largest))
+        next(walk)
+        return walk
+
+    def _first_point(self) -> Point:
         start = first_point(self.family, self.mode)
         if self.side < 0:
-            start = self.family.point(
-                start.problem, start.x, np.array([-1.0, 0.0, 0.0, 0.0]), 0.0, start.iterations
-            )
-        return self.family.walk(start, self.control)
+            back = np.array([-1.0, 0.0, 0.0, 0.0])
+            start = self.family.point(start.problem, start.x, back, 0.0, start.iterations)
+        return start
 
     def _advance(self) -> None:
         here = self.points[-1]

@@ -10,11 +10,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..residual.closures import Plane
+from ..residual.accuracy import SAFE, can_estimate, refinement
+from ..residual.closures import Closure, Plane
+from ..residual.linear import Linearised
+from ..residual.newton import correct
 from ..residual.phases import heights_with_extrema, turning_heights
 from ..residual.shape import sample_shape
 from .family import FOLD_WIDTH, Family
-from .points import Point
+from .points import Point, arclength_between, place_of, turning
 
 #: A function of a point that changes sign at a special point.
 Monitor = Callable[[Point], float]
@@ -32,12 +35,12 @@ CLEAR = 0.02
 
 def tip(point: Point) -> float:
     """Height of the tip over the amplitude: zero where the branch ends at the contact."""
-    return float(point.profile.values[0, 0, 4])
+    return point.ends[0]
 
 
 def tip_excess(point: Point) -> float:
     """u - 1 at the tip."""
-    return float(point.profile.heights()[0, 0]) - 1.0
+    return float(point.scalars.height(point.ends[0])) - 1.0
 
 
 def highest_excess(point: Point) -> float:
@@ -88,6 +91,12 @@ EVENTS: list[tuple[str, Monitor]] = [
     ("self-contact", apart),
 ]
 
+#: Steps of a secant to where an inner phase ends.
+SECANTS = 8
+
+#: Height u of the tip at special points that are known by it.
+AT_HEIGHT: dict[Monitor, float] = {tip: 0.0, tip_excess: 1.0}
+
 #: What folds, where the monitor of a fold is its rate along the branch.
 FOLDING: dict[str, Callable[[Point], float]] = {
     "LP-length": lambda p: p.scalars.sigma,
@@ -119,12 +128,16 @@ FOLDS: dict[str, tuple[tuple[str, Monitor], ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """A special point: its kind, the solution there, the arclengths between which it lies, what vanishes."""
+    """A special point: its kind, the solution there, the arclengths between which it lies, what vanishes.
+
+    ``error`` is what `place_error` says of it, where that is known already.
+    """
 
     kind: str
     point: Point
     bracket: tuple[float, float]
     monitor: Monitor
+    error: float = math.nan
 
     @property
     def status(self) -> str:
@@ -133,8 +146,65 @@ class Located:
 
 
 def located(family: Family, here: Point, there: Point, kind: str, monitor: Monitor) -> Located:
-    """Find the special point between two points on both sides of it."""
+    """Find the special point between two points on both sides of it.
+
+    By p y_tip = Phi(y_tip) the pressure is known where the tip is at y0 or on the plate: that is landed on.
+    """
+    if monitor in AT_HEIGHT and family.tip_free and family.closure.kind != "pressure":
+        given = Closure("pressure", family.law.mean_traction(AT_HEIGHT[monitor]))
+        landed = family.at(here, there, given) if here.miss(given) * there.miss(given) < 0.0 else None
+        if landed is not None and abs(monitor(landed)) < SAME:
+            error = _landing_error(family, landed, given)
+            return Located(kind, landed, (landed.arclength, landed.arclength), monitor, error)
+    if len(here.problem.phases) == len(there.problem.phases) + 2:
+        across = _beyond_a_phase(family, here, there, monitor)
+        if across is not None:
+            return Located(kind, *across, monitor)
     return Located(kind, *family.turning_point(here, there, monitor), monitor)
+
+
+def _landing_error(family: Family, point: Point, given: Closure) -> float:
+    """How far the refined mesh would move a point where a number is given; nan where a solve must tell."""
+    if not can_estimate(family.transcription):
+        return math.nan
+    moved = refinement(Linearised.at(point.problem, point.x, *family.closures, given))
+    return SAFE * float(np.linalg.norm(point.chart[1] @ moved[point.problem.tail]))
+
+
+def _beyond_a_phase(
+    family: Family, here: Point, there: Point, monitor: Monitor
+) -> tuple[Point, tuple[float, float]] | None:
+    """Locate the end of an inner phase, which has no length there: on the branch of the shape without it.
+
+    The length of the phase ends with a square root, but the shape that follows goes on smoothly before it, in
+    the pieces of the law that are left.  None where the tip angle does not lead to it, or back.
+    """
+
+    def at(A: float) -> Point | None:
+        start = there.x + (A - there.scalars.A) / there.turn.A * there.tangent
+        solved = correct(there.problem, start, (*family.closures, Closure("amplitude", A)))
+        if not solved.converged:
+            return None
+        along = arclength_between(here, there, place_of(there.problem, solved))
+        return family.point(there.problem, solved.x, there.direction, along, solved.iterations)
+
+    if not turning(there, there):
+        return None
+    ends, point = (here.scalars.A, there.scalars.A), there
+    (a, b), (f, g) = ends, (monitor(here), monitor(there))
+    signs, width = (f, g), FOLD_WIDTH * there.direction[0]
+    for _ in range(SECANTS):
+        c = b - g * (b - a) / (g - f)
+        found = at(c) if min(ends) < c < max(ends) else None
+        if found is None:
+            return None
+        a, b, f, g, point = b, c, g, monitor(found), found
+        if abs(b - a) < abs(width) or f == g:
+            break
+    aside = [at(b + step) for step in (-width, width)]
+    if not all(p is not None and monitor(p) * sign > 0.0 for p, sign in zip(aside, signs, strict=True)):
+        return None
+    return point, (point.arclength - FOLD_WIDTH, point.arclength + FOLD_WIDTH)
 
 
 def found_again(family: Family, around: tuple[Point, Point], found: Located) -> Located | None:
@@ -161,6 +231,8 @@ def place_error(family: Family, found: Located) -> float:
     rate of the monitor along the branch, is the distance.  Infinite where that cannot be said: the
     monitor of a self-contact has no rate.
     """
+    if math.isfinite(found.error):
+        return found.error
     finer = replace(family, transcription=family.transcription.refined())
     point, monitor = found.point, found.monitor
     if abs(off_a_jump(family, point)) < AT_JUMP:

@@ -99,7 +99,9 @@ def columns_of(points: Sequence[Point], family: Family) -> dict[str, Any]:
         "m": np.array([s.m for s in scalars]),
         "sigma": np.array([s.sigma for s in scalars]),
         "lam": np.array([s.lam for s in scalars]),
-        "tip_u": np.array([p.profile.heights()[0, 0] if p.scalars.beta0 else math.nan for p in points]),
+        "tip_u": np.array(
+            [s.height(p.ends[0]) if s.beta0 else math.nan for p, s in zip(points, scalars, strict=True)]
+        ),
         "certificate": np.array([family.certificate(p) for p in points]),
         "iterations": np.array([p.iterations for p in points]),
     }
@@ -116,7 +118,12 @@ def special_points_of(
 
     specials = [(part, s) for part in parts for s in part.specials]
     kind, tip_angle = BRANCH_POINT
-    starts = ((part, Located(kind, p, (0.0, 0.0), tip_angle)) for part, p in ordered if p.scalars.A == 0.0)
+    # A tip angle that is zero exactly is at its place, if only the mesh resolves it.
+    starts = (
+        (part, Located(kind, p, (0.0, 0.0), tip_angle, 0.0 if p.errors else math.nan))
+        for part, p in ordered
+        if p.scalars.A == 0.0
+    )
     found = [
         described(s, float(errors[place[id(s.point)]]) + place_error(part.family, s))
         for part, s in [*specials, *islice(starts, 1)]

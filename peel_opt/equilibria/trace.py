@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,6 +12,7 @@ import numpy as np
 from ..base.checks import known_beta0, pair, positive, whole
 from ..base.errors import InvalidInput, NotConverged, OutOfRange
 from ..base.threads import one_thread
+from ..continuation.charted import is_coarse
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
 from ..continuation.goal import below_zero, left_for_good
@@ -136,13 +137,11 @@ def trace(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )
 
-    def walk(transcription: Transcription) -> list[PrimaryBranch]:
+    def begun(mesh: Transcription) -> list[PrimaryBranch]:
         # The tip stays on the plate along the branches of even modes.
-        family = Family(chosen, transcription, closure, tip_free=mode % 2 == 1)
-        walks = [PrimaryBranch(family, side, mode, WALK, longest=max(LONGEST, 20 * points)) for side in sides]
-        for w in walks:
-            w.extend(lambda _, w=w: left_for_good(w, window) if rod is None else below_zero(w))  # type: ignore[misc]
-        return walks
+        family = Family(chosen, mesh, closure, tip_free=mode % 2 == 1)
+        longest = max(LONGEST, 20 * points)
+        return [PrimaryBranch(family, side, mode, WALK, longest, least=points) for side in sides]
 
     options: dict[str, object] = {"mode": mode, "points": points, "tol": tol}
     if rod is None:
@@ -150,12 +149,9 @@ def trace(
     kinked = len(chosen.pieces) > 1
     share = SHARE[kinked]
     meshes = TRACED[kinked] if transcription is None else (require_transcription(transcription),)
-    for mesh in meshes:
-        walks = walk(mesh)
-        seen = [point_errors(w.family, [*w.points[:-1:3], w.points[-1]]) for w in walks]
-        if any(errors.gains_by_refinement(share * tol) for errors in seen) and mesh is not meshes[-1]:
-            continue
-        inside = [(w, *piece) for w in walks for piece in _pieces(w, window if rod is None else None)]
+    border = window if rod is None else None
+    for walks, rounding in _walked(begun, meshes, border, share * tol):
+        inside = [(w, *piece) for w in walks for piece in _pieces(w, border)]
         if not inside:
             raise InvalidInput(
                 f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
@@ -163,16 +159,14 @@ def trace(
                 remedy="Give lam= a window that holds its beginning.",
             )
         spacing = sum(piece[-1].arclength - piece[0].arclength for _, piece, _ in inside) / (points - 1)
-        finished = [
-            _finished(w, filled(w.family, piece, spacing), ended, asked) for w, piece, ended in inside
-        ]
+        finished = [_finished(w, _filled(w, piece, spacing), ended, asked) for w, piece, ended in inside]
         parts = [part for part, _ in finished]
         unfinished = next((w.ended for w in walks if w.ended in UNFINISHED), "")
         require_met(asked, set().union(*(met for _, met in finished)), unfinished)
         cut = rod is None and all(part.ended == "window" for part in parts)
         branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
         reached = float(branch.error.max())
-        within = tol + 4.0 * max(errors.rounding.max() for errors in seen)
+        within = tol + 4.0 * rounding
         if reached <= within:
             break
     else:
@@ -198,6 +192,24 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
     return low, high
 
 
+def _walked(
+    begun: Callable[[Transcription], list[PrimaryBranch]],
+    meshes: Sequence[Transcription],
+    window: tuple[float, float] | None,
+    tol: float,
+) -> Iterator[tuple[list[PrimaryBranch], float]]:
+    """Yield walks to the end, and what rounding does to their points, on meshes that may be fine enough."""
+    for mesh in meshes:
+        walks, last = begun(mesh), mesh is meshes[-1]
+        if not last and any(is_coarse(walk.family, tol) for walk in walks):
+            continue
+        for walk in walks:
+            walk.extend(lambda _, w=walk: left_for_good(w, window) if window else below_zero(w))  # type: ignore[misc]
+        seen = [point_errors(walk.family, [*walk.points[:-1:3], walk.points[-1]]) for walk in walks]
+        if last or not any(errors.gains_by_refinement(tol) for errors in seen):
+            yield walks, max(float(errors.rounding.max()) for errors in seen)
+
+
 def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tuple[list[Point], str]]:
     """Stretches of a walk inside the window, which end on its borders exactly, and why they end."""
     points = walk.points
@@ -217,15 +229,22 @@ def _pieces(walk: PrimaryBranch, window: tuple[float, float] | None) -> list[tup
     return [(piece, walk.ended if piece[-1] is points[-1] else "window") for piece in pieces]
 
 
+def _filled(walk: PrimaryBranch, points: list[Point], spacing: float) -> list[Point]:
+    """Put points between those that were walked to; the others lie close together already."""
+    known = [p for p in points if p.arclength < walk.points[walk.walked_from].arclength]
+    return [*known, *filled(walk.family, points[len(known) :], spacing)]
+
+
 def _finished(
     walk: PrimaryBranch, points: list[Point], ended: str, asked: Sequence[tuple[str, float]]
 ) -> tuple[WalkedSide, set[tuple[str, float]]]:
     """Add the special points and asked-for values to the points of a walk."""
     arclengths = (points[0].arclength, points[-1].arclength)
-    every = [*walk.folds, walk.contact] if walk.contact else walk.folds
+    every = [*walk.folds, *walk.events, *([walk.contact] if walk.contact else [])]
     specials = [f for f in every if arclengths[0] <= f.point.arclength <= arclengths[1]]
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
-        specials += locate(walk.family, points, EVENTS)
+        begins = walk.points[walk.walked_from].arclength
+        specials += locate(walk.family, [p for p in points if p.arclength >= begins], EVENTS)
     points, specials, met = with_asked(walk.family, points, specials, asked)
     sign = -1 if walk.side < 0 else 1
     return WalkedSide(walk.family, points, specials, walk.state_at, ended, sign), met

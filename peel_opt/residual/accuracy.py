@@ -67,8 +67,12 @@ def certificate(law: CohesiveLaw, profile: Profile, tip: Piece) -> float:
     tip : Piece
         The phase at the tip.
     """
-    s = profile.scalars
-    height, edge = float(s.A * profile.values[0, 0, 4]), float(s.A * profile.values[-1, -1, 0])
+    return certificate_of_ends(law, profile.scalars, profile.ends, tip)
+
+
+def certificate_of_ends(law: CohesiveLaw, s: Scalars, ends: tuple[float, float], tip: Piece) -> float:
+    """`certificate` of a solution by its scaled height at the tip and its scaled angle at the plate."""
+    height, edge = (float(s.A * end) for end in ends)
     defect = first_integral_defect(law, s, height, tip)
     if tip.lost is None and s.beta0:
         defect *= abs(height) * s.beta1 / s.beta0

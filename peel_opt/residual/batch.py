@@ -7,7 +7,7 @@ responds to the equations, and with the residual on the next finer mesh what the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +21,7 @@ from ..model.groups import PI4
 from ..model.law_arrays import mean_drops
 from .accuracy import SAFE, UNITS
 from .closures import EQUATIONS
+from .compiled_stack import AnyStack
 from .linear import IMAGINARY
 from .newton import CONTRACTION
 from .stack import TAIL, Stack, gradient
@@ -59,7 +60,7 @@ class Solved:
         Of the terms of the equations.
     """
 
-    stack: Stack
+    stack: AnyStack
     kinds: tuple[str, ...]
     given: np.ndarray
     x: np.ndarray
@@ -74,15 +75,31 @@ class Solved:
         return self.stack.scalars(self.x)
 
     def of(self, rows: np.ndarray) -> Solved:
-        """Some of the states, in increasing order; all of them are the same object."""
-        if len(rows) == len(self.x):
+        """Some of the states, in the order of the rows; all of them as they are are the same object."""
+        if len(rows) == len(self.x) and np.array_equal(rows, np.arange(len(rows))):
             return self
         parts = (self.given, self.x, self.converged, self.update, self.inverse, self.sizes)
         return Solved(self.stack, self.kinds, *(part[rows] for part in parts))
 
+    @classmethod
+    def joined(cls, parts: Sequence[Solved]) -> Solved:
+        """Return the states of several solutions of one stack, for the same closures, as one."""
+        if len(parts) == 1:
+            return parts[0]
+        names = ("given", "x", "converged", "update", "inverse", "sizes")
+        columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return cls(parts[0].stack, parts[0].kinds, *columns)
+
+    @cached_property
+    def missed(self) -> np.ndarray:
+        """Residual of the states on the next finer mesh, as their own equations, shape (states, size)."""
+        residual = self.stack.finer.equations(self.stack.prolonged(self.x), self.kinds, self.given)
+        return self.stack.restricted(residual)
+
     @cached_property
     def shapes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Theta and Theta' at the nodes and at the plate, and the height u of the tip."""
+        assert isinstance(self.stack, Stack)
         return self.stack.shapes(self.x)
 
     @cached_property
@@ -112,8 +129,7 @@ class Solved:
         slope = gradient(read, self.x)
         towards = self.inverse[:, TAIL, :]
         own = (slope[:, None, :] @ towards)[:, 0]
-        residual = self.stack.finer.equations(self.stack.prolonged(self.x), self.kinds, self.given)
-        missed = self.stack.restricted(residual)
+        missed = self.missed
         each = np.abs((towards @ missed[:, :, None])[:, :, 0])
         leverage = _norm(own)[:, None] / np.maximum(_norm(towards), np.finfo(float).tiny)
         left_out = np.maximum(np.abs((own * missed).sum(axis=1)), (leverage * each).max(axis=1))
@@ -139,7 +155,9 @@ class Solved:
 
 
 @np.errstate(all="ignore")  # what goes astray is no number for a step, and left out
-def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.ndarray) -> Solved:
+def solve(
+    stack: AnyStack, kinds: tuple[str, ...], given: np.ndarray, start: np.ndarray, chord: float = CHORD
+) -> Solved:
     """Solve for the numbers given, each state from its own start.
 
     Parameters
@@ -149,6 +167,8 @@ def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.nda
         Two keys of `EQUATIONS` that take one number each.
     given : ndarray, shape (states, 2)
     start : ndarray, shape (states, size)
+    chord : float
+        Size of an update from which on the inverse at hand does; zero for an inverse at the solution itself.
 
     Returns
     -------
@@ -160,34 +180,34 @@ def solve(stack: Stack, kinds: tuple[str, ...], given: np.ndarray, start: np.nda
     step, before = np.full(count, np.inf), np.full(count, np.inf)
     converged, stale, going = np.zeros(count, bool), np.zeros(count, bool), np.arange(count)
     for _ in range(MOST_ITERATIONS):
-        chord = step[going] < np.minimum(CHORD, CONTRACTION * before[going])
-        renewed = going[~chord]
+        keeps = step[going] < np.minimum(chord, CONTRACTION * before[going])
+        renewed = going[~keeps]
         values = np.empty((count, stack.size))
         if renewed.size:
             values[renewed], jacobian = stack.linearise(x[renewed], kinds, given[renewed])
             sizes[renewed] = _applied(np.abs(jacobian), np.abs(x[renewed]))
             inverse[renewed] = _inverses(jacobian)
-        if chord.any():
-            kept = going[chord]
+        if keeps.any():
+            kept = going[keeps]
             values[kept] = stack.equations(x[kept], kinds, given[kept])
         update[going] = -_applied(inverse[going], values[going])
         before[going] = step[going]
         step[going] = (np.abs(update[going]) / _scale(stack, x[going])).max(axis=1)
         # How fast updates shrink says by how much the Jacobian has changed, as long as rounding does not.
-        stale[going] = chord & (
+        stale[going] = keeps & (
             stale[going] | ((step[going] > STALE * before[going]) & (before[going] > FINE))
         )
         sound = step[going] <= WILD  # also not where it is no number
-        going, chord = going[sound], chord[sound]
+        going, keeps = going[sound], keeps[sound]
         x[going] += update[going]
         # Where rounding lets an update get no smaller, it stops as well.
-        settled = ~chord & (step[going] < 1e4 * ENOUGH) & (step[going] > 0.5 * before[going])
+        settled = ~keeps & (step[going] < 1e4 * ENOUGH) & (step[going] > 0.5 * before[going])
         done = (step[going] < ENOUGH) | settled
         converged[going[done]] = True
         going = going[~done]
         if not going.size:
             break
-    again = np.flatnonzero(converged & stale)
+    again = np.flatnonzero(converged & (stale | (chord == 0.0)))
     if again.size:
         _, jacobian = stack.linearise(x[again], kinds, given[again])
         inverse[again] = _inverses(jacobian)
@@ -204,7 +224,7 @@ def _inverses(matrices: np.ndarray) -> np.ndarray:
         return np.concatenate([_inverses(matrix[None]) for matrix in matrices])
 
 
-def _scale(stack: Stack, x: np.ndarray) -> np.ndarray:
+def _scale(stack: AnyStack, x: np.ndarray) -> np.ndarray:
     """Size of each unknown's block: the nodes together, every other number for itself."""
     scale = 1.0 + np.abs(x)
     scale[:, : stack.nodes] = scale[:, : stack.nodes].max(axis=1, keepdims=True)

@@ -50,6 +50,12 @@ def chart(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return value, gradient
 
 
+def charts(scalars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`chart` of many scalars, one in each row: shapes (n, 4) and (n, 4, scalars)."""
+    values, gradients = _CHART.many(scalars)
+    return values, gradients
+
+
 #: Each closure as an expression that vanishes, of the scalars and the given numbers.
 EQUATIONS: dict[str, Callable[..., Any]] = {
     "ratio": lambda s, r: s.lam + PI4 - r * s.sigma**4,  # r = eta/y0

@@ -99,6 +99,11 @@ class Profile:
             out[mine] = self.in_phase(phase, (xi[mine] - edges[phase]) / (edges[phase + 1] - edges[phase]))
         return out
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Y at the tip and Theta at the plate."""
+        return float(self.values[0, 0, 4]), float(self.values[-1, -1, 0])
+
     def heights(self) -> np.ndarray:
         """u = y/y0 on the points of each phase, shape (phases, PROFILE_POINTS)."""
         return self.scalars.height(self.values[:, :, 4])

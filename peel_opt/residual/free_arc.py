@@ -182,3 +182,23 @@ class FreeArc:
             np.zeros_like(by_c),
         ]
         return np.stack(rates, axis=2)
+
+    def bend(self, zeta: np.ndarray) -> np.ndarray:
+        """Theta'' at local coordinates of the arc, shape (states, len(zeta))."""
+        q = self._stretch[:, None]
+        phi, X, Y = curve((self.share[:, None] * q) * zeta)
+        bend: np.ndarray = q * q / self.scalars.A[:, None] * (X * np.cos(phi) + Y * np.sin(phi))
+        return bend
+
+    def bend_rate(self, zeta: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Derivative of `bend` along a direction of the share and the scalars, shape (states, 5)."""
+        by_share, by_A, by_m, by_sigma, _ = rates.T[:, :, None]
+        s, q, share = self.scalars, self._stretch[:, None], self.share[:, None]
+        A = s.A[:, None]
+        by_alpha = 3.0 * s.sigma[:, None] ** 2 * by_sigma + s.m[:, None] * by_A + A * by_m
+        by_q = by_alpha / (3.0 * q * q)
+        phi, X, Y = curve((share * q) * zeta)
+        sine, cosine = np.sin(phi), np.cos(phi)
+        moment, slope = X * cosine + Y * sine, 1.0 + 0.5 * (X * X + Y * Y) * (Y * cosine - X * sine)
+        rate: np.ndarray = moment * (2.0 * by_q / q - by_A / A) + slope * zeta * (by_share * q + share * by_q)
+        return q * q / A * rate

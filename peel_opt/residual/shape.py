@@ -15,6 +15,9 @@ from .discretisation import Discretisation, chebyshev
 #: Points per phase: a plot sees no corners, a spline through them no error above 1e-6.
 DENSE_POINTS = 101
 
+#: Segments of the pieces that a polyline is cut into where it is asked whether it crosses itself.
+PIECE = 10
+
 #: Points per phase from which x is integrated.
 QUADRATURE_POINTS = 65
 
@@ -40,16 +43,33 @@ class Shape(Columns):
         if np.ptp(self.theta) <= np.pi:
             return False  # it takes more than half a turn
         p = np.stack([self.x, self.y], axis=-1)
-        d = np.diff(p, axis=0)
-        start = p[:-1]
-        offset = start[None, :, :] - start[:, None, :]
-        cross = d[:, None, 0] * d[None, :, 1] - d[:, None, 1] * d[None, :, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = (offset[..., 0] * d[None, :, 1] - offset[..., 1] * d[None, :, 0]) / cross
-            u = (offset[..., 0] * d[:, None, 1] - offset[..., 1] * d[:, None, 0]) / cross
-        hit = (t > 0) & (t < 1) & (u > 0) & (u < 1)
-        apart = np.abs(np.subtract.outer(np.arange(len(d)), np.arange(len(d)))) > 1
-        return bool(np.any(hit & apart))
+        # Only pieces whose boxes meet, with more than half a turn from one to the other, need a look.
+        first = np.arange(0, len(p) - 1, PIECE)
+        ends = np.minimum(first + PIECE, len(p) - 1)
+        low, high = (
+            extreme(extreme.reduceat(p[:-1], first), p[ends]) for extreme in (np.minimum, np.maximum)
+        )
+        turn = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.theta)))])
+        meet = np.all((low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=2)
+        meet &= turn[ends][None] - turn[first][:, None] > np.pi
+        inside = np.arange(PIECE)
+        for i, j in zip(*np.nonzero(np.triu(meet)), strict=True):
+            a, b = (first[k] + inside[: ends[k] - first[k]] for k in (i, j))
+            if _cross(p, a, b):
+                return True
+        return False
+
+
+def _cross(p: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether segments of a polyline, by their first points, meet others that are no neighbours of theirs."""
+    d, e = (p[k + 1] - p[k] for k in (a, b))
+    offset = p[b][None, :, :] - p[a][:, None, :]
+    cross = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (offset[..., 0] * e[None, :, 1] - offset[..., 1] * e[None, :, 0]) / cross
+        u = (offset[..., 0] * d[:, None, 1] - offset[..., 1] * d[:, None, 0]) / cross
+    hit = (t > 0) & (t < 1) & (u > 0) & (u < 1)
+    return bool(np.any(hit & (np.abs(np.subtract.outer(a, b)) > 1)))
 
 
 @dataclass(frozen=True, eq=False)

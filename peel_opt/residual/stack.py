@@ -108,14 +108,43 @@ class Stack:
         f = self._fields(x)
         return f.Theta, f.K, self.scalars(x).height(f.Y_tip)
 
+    def ends(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Y at the tip and Theta at the plate."""
+        f = self._fields(x)
+        return f.Y_tip, f.Theta[:, -1]
+
+    def spread(self, x: np.ndarray) -> np.ndarray:
+        """Unknowns of the same states as ``settings.discretise(phases)`` has them."""
+        if not self.free:
+            return x
+        return np.concatenate([FreeArc(self.shares(x), self.scalars(x)).bend(self._problem.zeta), x], axis=1)
+
+    def spread_rates(self, x: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Return directions of change of states as those of what `spread` makes of them."""
+        if not self.free:
+            return rates
+        arc = FreeArc(self.shares(x), self.scalars(x))
+        return np.concatenate([arc.bend_rate(self._problem.zeta, rates[:, self.nodes :]), rates], axis=1)
+
+    def gathered(self, x: np.ndarray) -> np.ndarray:
+        """Return the unknowns here of states that are `spread`."""
+        return x[:, -self.size :]
+
+    def heights(self, x: np.ndarray) -> np.ndarray:
+        """u at the tip and at the nodes, shape (states, 1 + nodes)."""
+        f, s = self._fields(x), self.scalars(x)
+        Y = f.Y_tip[:, None] + np.concatenate([np.zeros((len(x), 1)), f.rise[:, : self.nodes]], axis=1)
+        height: np.ndarray = s.height(1.0)[:, None] * Y
+        return height
+
     @cached_property
     def finer(self) -> Stack:
         """The same on the next finer mesh."""
         return stack_of(self.settings.refined(), self.phases)
 
-    def prolonged(self, x: np.ndarray) -> np.ndarray:
-        """Return the same states on the next finer mesh."""
-        return self._problem.prolonged(x, self.finer._problem)
+    def prolonged(self, x: np.ndarray, to: Stack | None = None) -> np.ndarray:
+        """Return the same states on another mesh, the next finer one by default."""
+        return self._problem.prolonged(x, (to or self.finer)._problem)
 
     def restricted(self, residual: np.ndarray) -> np.ndarray:
         """Return a residual on the next finer mesh as the equations of this one."""

@@ -16,6 +16,7 @@ from peel_opt.continuation.family import Family
 from peel_opt.continuation.points import Point
 from peel_opt.residual import newton
 from peel_opt.residual.linear import DenseFactors
+from peel_opt.residual.meshes import TRACED
 
 
 @pytest.fixture
@@ -119,10 +120,16 @@ def test_an_answer_crosses_few_files(name: str) -> None:
     assert 0 < len(files) <= most, sorted(files)
 
 
-@pytest.mark.parametrize(("ratio", "walks"), [(0.05, 1), (1.0, 1), (100.0, 2)])
-def test_a_branch_is_walked_once_on_each_mesh_that_is_tried(
-    ratio: float, walks: int, counted: Counter[str]
+@pytest.mark.parametrize(("ratio", "corrections"), [(0.05, 1), (1.0, 90), (100.0, 60)])
+def test_a_branch_under_law_8_is_walked_only_where_its_tip_is_back_at_y0(
+    ratio: float, corrections: int, counted: Counter[str]
 ) -> None:
     po.trace(po.Rod.from_ratio(ratio))
-    assert 0 < counted["walks"] <= walks
+    assert counted["walks"] == 0
+    assert 0 < counted["corrections"] <= corrections
+
+
+def test_a_branch_of_another_law_is_walked_once_on_each_mesh_that_is_tried(counted: Counter[str]) -> None:
+    po.trace(po.Rod.from_ratio(0.6), law=po.exponential())
+    assert 0 < counted["walks"] <= len(TRACED[False])
     assert 0 < counted["corrections"] <= 500
