@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
 
 from ..base.errors import InvalidInput
-from ..base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
+from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
 from ..model.rod import Rod
 
 
@@ -27,6 +27,8 @@ Pressure = Annotated[float, BeforeValidator(partial(_read, kind=PRESSURE))]
 Length = Annotated[float, BeforeValidator(partial(_read, kind=LENGTH))]
 Stiffness = Annotated[float, BeforeValidator(partial(_read, kind=STIFFNESS))]
 Work = Annotated[float, BeforeValidator(partial(_read, kind=WORK))]
+Mass = Annotated[float, BeforeValidator(partial(_read, kind=MASS))]
+Drag = Annotated[float, BeforeValidator(partial(_read, kind=DRAG))]
 Number = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER))]
 Tolerance = Annotated[float, BeforeValidator(_read_tol)]
 SignedNumber = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER, signed=True))]
@@ -59,7 +61,7 @@ def own_units(rod: Rod, unit: str) -> dict[str, float]:
 
 
 class RodTable(CardTable):
-    """``[rod]``: k, T0 and y0, given or derived, in SI units; or eta/y0 alone."""
+    """``[rod]``: k, T0 and y0, given or derived, in SI units, and mass and drag; or eta/y0 alone."""
 
     bending_stiffness: Stiffness | None = None
     youngs_modulus: Pressure | None = None
@@ -68,6 +70,8 @@ class RodTable(CardTable):
     adhesion_strength: Pressure | None = None
     adhesion_range: Length | None = None
     work_of_separation: Work | None = None
+    mass_per_area: Mass | None = None
+    drag: Drag | None = None
     ratio: Number | None = None
 
     @model_validator(mode="after")
@@ -116,6 +120,11 @@ class RodTable(CardTable):
         assert T0 is not None
         assert y0 is not None
         return Rod(k, T0, y0)
+
+    def resistance(self) -> dict[str, float]:
+        """Return what is known of mass and drag, by the names that `peel_opt.snap` gives them."""
+        named = {"mass": self.mass_per_area, "drag": self.drag}
+        return {name: value for name, value in named.items() if value is not None}
 
 
 class GroupsTable(CardTable):

@@ -10,6 +10,8 @@
     poisson_ratio = 0.4
     adhesion_strength = "0.5 MPa"           # two of three: T0, adhesion_range = y0, G = T0 y0 / 2
     work_of_separation = "100 J/m^2"
+    mass_per_area = "50 g/m^2"              # of a motion, if it is known: the mass of the rod and of what
+    drag = "2 kPa s/m"                      # it carries along, and force per area and speed
 
     [sources]                               # where each number of [rod] was read ...
     thickness = "data sheet"

@@ -214,6 +214,12 @@ class QuestionTable(CardTable):
             near = read_number(scene.rod, "near", self.near, question.dimension)
         return partial(solve, scene, free=self.free, near=near, **options, **given)
 
+    def pressure_of(self, rod: Rod) -> float | None:
+        """Return the pressure it gives [Pa]; None if it gives none."""
+        names = (name for name, measure in self._given.items() if measure is PRESSURE)
+        name = next(names, None)
+        return None if name is None else self._in_units_of(rod, name)
+
     def _posed_at(self, subject: Rod | Scene, ask: Callable[..., Equilibrium], **options: Any) -> Posed:
         """Return a call with what is given; where that has a unit, errors speak in it."""
         value = self._in_units_of(subject, self.given)

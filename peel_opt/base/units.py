@@ -32,6 +32,9 @@ LINE_MOMENT = Kind("N", ("N", "mN", "N mm/mm"))
 CURVATURE = Kind("1/m", ("1/m", "1/mm"))
 FOUNDATION = Kind("Pa/m", ("Pa/m", "MPa/mm", "GPa/m"))
 ANGLE = Kind("rad", ("deg", "rad"))
+MASS = Kind("kg/m^2", ("kg/m^2", "g/m^2", "mg/cm^2"))
+DRAG = Kind("Pa s/m", ("Pa s/m", "kPa s/m", "Pa s/mm"))
+TIME = Kind("s", ("s", "ms", "us", "ns"))
 NUMBER = Kind("", ())
 
 #: What can be measured here, by its SI unit.

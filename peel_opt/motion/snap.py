@@ -269,14 +269,14 @@ def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
     """
     named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
     pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
-    if coarse.outcome == fine.outcome != "not settled":
+    if coarse.outcome == fine.outcome != "flapping":
         pairs.append((coarse.events[-1], fine.events[-1]))
     if not pairs:
         return math.nan, math.nan
     places = [max(abs(a.front - b.front), abs(a.x - b.x), abs(a.y - b.y)) for a, b in pairs]
     begins = pairs[0][0].t - pairs[0][1].t
-    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact"}]
-    return max(places), max(passed, default=math.nan)
+    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact", "end of rod"}]
+    return max(places), max(passed, default=0.0)
 
 
 def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error: float) -> Snap:

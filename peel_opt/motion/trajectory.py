@@ -252,7 +252,7 @@ class Snap(Stored):
         """
         return draw(self, ax)
 
-    def film(self, path: str | Path, *, frames: int = 120, fps: int = 25, progress: Progress = None) -> Path:
+    def film(self, path: str | Path, *, frames: int = 60, fps: int = 25, progress: Progress = None) -> Path:
         """Write a film of the rod, with front, tip and ledger beside it.
 
         Parameters

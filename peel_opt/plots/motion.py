@@ -238,7 +238,7 @@ class _Stage:
 
 
 def film(
-    motion: Snap, path: str | Path, *, frames: int = 120, fps: int = 25, progress: Progress = None
+    motion: Snap, path: str | Path, *, frames: int = 60, fps: int = 25, progress: Progress = None
 ) -> Path:
     """Write a film of a motion: the rod, its front and tip, and the ledger.
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, PeelOptError
-from . import curves, explore, measurements, precision, sweeps
+from . import curves, explore, measurements, motions, precision, sweeps
 from .common import (
     FAILED,
     INTERRUPTED,
@@ -49,6 +49,7 @@ examples:
   peel-opt run problems/*.toml --out results
   peel-opt trace --beta0 4 --lam -1 3
   peel-opt hysteresis --card problems/office_tape.toml
+  peel-opt snap problems/aortic_flap.toml --drag "20 kPa s/m" --out results
   peel-opt sweep --ratio 0.5:10:5 --pressure-ratio 0.5:0.9:5 --out results/sweep
   peel-opt uncertainty --card problems/aortic_flap.toml --length "1.9 mm" --T0 "+- 10 %"
   peel-opt calibrate problems/calibrate_flap.toml
@@ -266,6 +267,6 @@ def _parser() -> argparse.ArgumentParser:
     solve.add_argument("--near", metavar="VALUE", help="pick the state in which it is nearest to this")
     answer_options(solve, "state")
     output_options(solve, files)
-    for module in (curves, measurements, sweeps, precision, explore):
+    for module in (curves, motions, measurements, sweeps, precision, explore):
         module.add_commands(command)
     return parser

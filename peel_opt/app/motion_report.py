@@ -1,0 +1,77 @@
+"""A motion for people and for programs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.units import display
+from ..model.rod import Units
+from ..motion.trajectory import OUTCOMES, Snap
+from .report import aligned, describe_rod
+
+
+def motion_table(moved: Snap) -> str:
+    """Return the moments of a motion, where it ended, and how far to trust it."""
+    rows = [["moment", "time", "sbar", "tip x", "tip y", "tip angle"]]
+    for event in moved.events:
+        lengths = (_length(moved, value) for value in (event.front, event.x, event.y))
+        rows.append([event.kind, _time(moved, event.t), *lengths, f"{event.angle:.6f} rad"])
+    lines = [
+        describe_rod(moved.rod),
+        "",
+        aligned(rows),
+        "",
+        f"{moved.outcome}: {OUTCOMES[moved.outcome]}",
+        f"front and tip are known to {moved.error:.1e} eta, times between moments to"
+        f" {moved.time_error:.1e} {moved.time_unit}; certificate {np.abs(moved.certificate).max():.1e}",
+    ]
+    if np.isfinite(moved.growth_rate):
+        lines.append(
+            f"it leaves the unfolded state at a rate of {moved.growth_rate:.6g} / ({moved.time_unit})"
+        )
+    if moved.time_unit == "c eta/T0":
+        lines.append(
+            "Drag sets the time and was not given: give --drag, and --mass if it matters, for seconds."
+        )
+    return "\n".join(lines)
+
+
+def _time(moved: Snap, t: float) -> str:
+    return display(t, "s") if moved.time_unit == "s" else f"{t:.6g} {moved.time_unit}"
+
+
+def _length(moved: Snap, value: float) -> str:
+    return f"{value:.6g} eta" if moved.rod.dimensionless else display(value, "m")
+
+
+def motion_record(moved: Snap) -> dict[str, Any]:
+    """Return a motion without its steps as plain data, with units in the keys."""
+    units, time = Units.of(moved.rod), moved.time_unit
+    events = [
+        {
+            "kind": e.kind,
+            f"t [{time}]": e.t,
+            f"front [{units.length}]": e.front,
+            f"tip_x [{units.length}]": e.x,
+            f"tip_y [{units.length}]": e.y,
+            "tip_angle [rad]": e.angle,
+        }
+        for e in moved.events
+    ]
+    numbers = (moved.growth_rate, moved.error, moved.time_error)
+    growth, error, time_error = (float(v) if np.isfinite(v) else None for v in numbers)
+    return {
+        "kind": "snap",
+        **units.rod(moved.rod),
+        f"pressure [{units.pressure}]": moved.pressure,
+        "bond": moved.bond,
+        "law": moved.law,
+        "outcome": moved.outcome,
+        f"growth_rate [1/({time})]": growth,
+        "error [eta]": error,
+        f"time_error [{time}]": time_error,
+        "certificate": float(np.abs(moved.certificate).max()),
+        "events": events,
+    }

@@ -1,0 +1,63 @@
+"""``peel-opt snap``: a motion asked of a card or of numbers, printed, written and filmed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import peel_opt as po
+from peel_opt.app.cli.main import main
+
+CARDS = Path(__file__).parents[2] / "problems"
+
+SHORT = ["--ratio", "0.3", "--pressure", "0.9", "--until", "contact", "--rod-length", "3.76"]
+
+
+def test_a_card_says_what_happens_and_that_drag_sets_the_time(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["snap", str(CARDS / "aortic_flap.toml"), "--rod-length", "2.2 mm"]) == 0
+    said = capsys.readouterr().out
+    assert "end of rod" in said
+    assert "2.20000 mm" in said
+    assert "Drag sets the time" in said
+
+
+def test_numbers_of_a_card_may_say_what_resists(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (CARDS / "aortic_flap.toml").read_text(encoding="utf-8")
+    text = text.replace("[sources]", 'mass_per_area = "2.7 kg/m^2"\ndrag = "20 kPa s/m"\n\n[sources]')
+    text = text.replace("[estimates]", '[estimates]\nmass_per_area = "with the blood"\ndrag = "a guess"')
+    card = tmp_path / "flap.toml"
+    card.write_text(text, encoding="utf-8")
+    assert main(["snap", str(card), "--until", "1 ms", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["pressure [Pa]"] == pytest.approx(300 * 133.322387415)
+    assert record["events"][-1]["t [s]"] == pytest.approx(1e-3)
+    assert record["outcome"] == "not settled"
+    assert main(["length", "--card", str(card), "--pressure", "300 mmHg"]) == 0  # a state needs neither
+
+
+@pytest.mark.slow
+def test_files_and_a_film(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["snap", *SHORT, "--out", str(tmp_path), "--film"]) == 0
+    assert "snap.gif" in capsys.readouterr().out
+    moved = po.Snap.load(tmp_path / "snap.npz")
+    assert moved.outcome == "end of rod"
+    assert {path.name for path in tmp_path.iterdir()} >= {"snap.csv", "snap.png", "snap.gif"}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "code", "says"),
+    [
+        (["--ratio", "0.3"], 2, "pressure"),
+        (["--ratio", "0.3", "--pressure", "1.2"], 1, "fails everywhere"),
+        (["--ratio", "0.3", "--pressure", "0.9", "--drag", "-1"], 2, "drag"),
+        (["--ratio", "0.3", "--pressure", "0.9", "--film"], 2, "--out"),
+        (["--ratio", "0.3", "--pressure", "0.9", "--until", "soon"], 2, "until"),
+    ],
+)
+def test_what_cannot_be_meant(
+    wrong: list[str], code: int, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["snap", *wrong]) == code
+    assert says in capsys.readouterr().err
