@@ -48,6 +48,9 @@ NEAR = 0.02
 #: rounding in a tangent goes with its inverse square, and towards a rest, where the loads vanish with it.
 LEAST, RESTING = 1e-5, 1e-9
 
+#: Amplitude below which rounding may turn a branch: no least pressure is there.
+ROUNDED = 1e-4
+
 #: p/T0 beyond which no branch is followed, and that of the state it begins with, times a factor.
 HIGHEST, ABOVE = 1e3, 4.0
 
@@ -196,10 +199,11 @@ class SceneBranch:
 
     @cached_property
     def _least(self) -> list[float]:
-        """Arclengths at which it has a minimum; beside a rest rounding makes maxima of its own."""
-        loads = [self.family.loading(p) for p in (*self._turns, *self.points[-1:])]
+        """Arclengths at which it has a minimum; beside a rest rounding makes extrema of its own."""
+        turns = [p for p in self._turns if p.scalars.A > ROUNDED]
+        loads = [self.family.loading(p) for p in (*turns, *self.points[-1:])]
         falls = [here < there for here, there in pairwise(loads)]
-        return [p.arclength for p, low in zip(self._turns, falls, strict=True) if low]
+        return [p.arclength for p, low in zip(turns, falls, strict=True) if low]
 
     @property
     def snap(self) -> Located | None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -18,12 +20,15 @@ from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.groups import PI4
 from ..model.labels import known_state
+from ..model.renumbered import renumbered
 from ..model.rod import Rod
+from ..model.scene import Scene
 from ..residual.accuracy import HEIGHT_NOISE
 from .ask import ask_rod, equilibrium
 from .batches import find
 from .question import ASKS, known_law
 from .result import Equilibrium
+from .scenes import refuse_options, solve
 from .unfolded import Many
 
 #: The kinds of question, by the names of what is given.
@@ -35,6 +40,9 @@ NUMBERS = (
     *("errors", "certificates", "conditions", "nearest"),
 )
 TEXTS = ("states", "statuses", "laws", "flags", "reasons")
+
+#: How arrays of the numbers of a scene are called in files.
+OF_SCENE = "scene "
 
 #: Status of an answer that may be used.
 CERTIFIED = "certified"
@@ -68,6 +76,8 @@ class Answers(Stored):
         Where there is no equilibrium, the nearest given number that has one, if it is known.
     states, statuses, laws, flags, reasons : ndarray of str
         As `Equilibrium` has them; flags joined by ", ", the reason is the message of the error.
+    numbers : dict of str to ndarray
+        Of a scene, those that were given beside the pressure or the length, in the units of its rod.
     """
 
     schema = Schema("peel_opt answers", 1, largest=8_000_000_000)
@@ -91,6 +101,7 @@ class Answers(Stored):
     laws: np.ndarray
     flags: np.ndarray
     reasons: np.ndarray
+    numbers: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def asked(self) -> str:
@@ -136,7 +147,8 @@ class Answers(Stored):
         return {"given": list(self.given), "options": self.options}
 
     def _arrays(self) -> dict[str, np.ndarray]:
-        return {name: getattr(self, name) for name in (*NUMBERS, *TEXTS)}
+        own = {f"{OF_SCENE}{name}": values for name, values in self.numbers.items()}
+        return {name: getattr(self, name) for name in (*NUMBERS, *TEXTS)} | own
 
     def _table(self) -> Table:
         units = {"tip_angle": "rad"}
@@ -151,10 +163,13 @@ class Answers(Stored):
         shape = arrays["statuses"].shape
         kept: dict[str, Any] = {name: array(arrays, name, "f", shape) for name in NUMBERS}
         kept |= {name: array(arrays, name, "U", shape) for name in TEXTS}
+        named = [name for name in arrays if name.startswith(OF_SCENE)]
+        kept["numbers"] = {name[len(OF_SCENE) :]: array(arrays, name, "f", shape) for name in named}
         return cls(given=given, **entries(head, dict, "options"), **kept)
 
 
 def answers(
+    scene: Scene | None = None,
     *,
     ratio: Any = None,
     pressure_ratio: Any = None,
@@ -164,6 +179,7 @@ def answers(
     law: str | CohesiveLaw | None = None,
     state: str | None = None,
     tol: float = 1e-8,
+    **numbers: Any,
 ) -> Answers:
     """Answer many questions of one kind at once: arrays in, arrays out.
 
@@ -173,6 +189,9 @@ def answers(
 
     Parameters
     ----------
+    scene : Scene, optional
+        Ask about it, with ``pressure_ratio`` or ``length_ratio`` and any of its numbers, one by one: its
+        branch is walked anew for every other set of numbers, and serves all that is asked on it.
     ratio : array_like
         eta/y0 of the rods, with ``pressure_ratio`` or ``length_ratio``.
     pressure_ratio : array_like
@@ -187,6 +206,8 @@ def answers(
         As in `length_given_pressure`, `pressure_given_length` and `equilibrium`.
     tol : float
         Largest error of an answer, and largest certificate, to be certified.
+    **numbers : array_like
+        Numbers of the scene by the names that `solve` frees them by, in the units of its rod.
 
     Returns
     -------
@@ -215,6 +236,13 @@ def answers(
         "lam": lam,
     }
     given = tuple(name for name, value in offered.items() if value is not None)
+    if scene is not None:
+        refuse_options(law="auto" if law is None else law)
+        return _of_scene(scene, {name: offered[name] for name in given}, numbers, state, positive("tol", tol))
+    if numbers:
+        raise InvalidInput(
+            f"{', '.join(numbers)} is no number of a rod.", remedy="Give the scene that has it."
+        )
     if given not in KINDS:
         raise InvalidInput(
             f"{', '.join(given) or 'nothing'} given is no question.",
@@ -236,7 +264,8 @@ def answers(
     rest = np.flatnonzero(arrays["statuses"] == "")
     flat = {name: values.ravel() for name, values in columns.items()}
     for row in rest.tolist():
-        _alone({name: float(values[row]) for name, values in flat.items()}, options, arrays, row)
+        point = {name: float(values[row]) for name, values in flat.items()}
+        _alone(partial(_single, point, options), point, arrays, row)
     shape = next(iter(columns.values())).shape
     options["law"] = named.name if isinstance(named, CohesiveLaw) else named
     arrays |= {name: arrays[name].astype(str) for name in TEXTS}
@@ -301,10 +330,59 @@ def found_together(question: Many, tol: float, columns: dict[str, np.ndarray]) -
     }
 
 
-def _alone(point: dict[str, float], options: dict[str, Any], arrays: dict[str, np.ndarray], row: int) -> None:
+def _of_scene(
+    scene: Scene, given: dict[str, Any], numbers: dict[str, Any], state: str | None, tol: float
+) -> Answers:
+    """Answer about a scene with many pressures or lengths, and many of its numbers."""
+    kind = ("ratio", *given)
+    if kind not in KINDS or len(given) != 1:
+        raise InvalidInput(
+            f"{', '.join(given) or 'nothing'} given of a scene is no question.",
+            remedy="Give pressure_ratio or length_ratio, and numbers of the scene by name.",
+        )
+    if not isinstance(scene, Scene):
+        raise InvalidInput(f"scene must be a Scene, got {scene!r:.60}.")
+    asks = KINDS[kind]
+    columns = _broadcast({name: _numbers(name, value) for name, value in (given | numbers).items()})
+    shape, rod = columns[kind[1]].shape, scene.rod
+    if strange := [name for name in numbers if name not in scene.numbers]:
+        raise InvalidInput(
+            f"{strange[0]!r} is no number of this scene.",
+            remedy=f"It has {', '.join(scene.numbers) or 'none'}; name a load in the scene, with any size.",
+        )
+    flat = {name: values.ravel() for name, values in columns.items()}
+    count = len(flat[kind[1]])
+    arrays = {name: np.full(count, math.nan) for name in NUMBERS} | {
+        name: np.full(count, "", object) for name in TEXTS
+    }
+    for row in range(count):
+        own = {name: float(flat[name][row]) for name in numbers}
+        value = float(flat[kind[1]][row])
+
+        def ask(own: dict[str, float] = own, value: float = value) -> Equilibrium:
+            absolute = asks.given.from_ratio(rod, value)
+            named: dict[str, Any] = {asks.given.name: absolute}
+            return solve(renumbered(scene, own), free=asks.asked.name, state=state, tol=tol, **named)
+
+        _alone(ask, {kind[1]: value}, arrays, row)
+        arrays["ratio"][row], arrays[kind[1]][row] = rod.ratio, value
+        arrays["nearest"][row] /= asks.given.from_ratio(rod, 1.0)
+    shaped = {name: values.astype(str) if name in TEXTS else values for name, values in arrays.items()}
+    options = {"law": scene.bond.law.name, "state": state, "tol": tol, "scene": repr(scene)}
+    return Answers(
+        kind,
+        options,
+        **{name: values.reshape(shape) for name, values in shaped.items()},
+        numbers={name: columns[name] for name in numbers},
+    )
+
+
+def _alone(
+    ask: Callable[[], Equilibrium], point: dict[str, float], arrays: dict[str, np.ndarray], row: int
+) -> None:
     """Answer one question by the single call it stands for, and write down what comes of it."""
     try:
-        eq = _single(point, options)
+        eq = ask()
     except PeelOptError as error:
         arrays["statuses"][row], arrays["reasons"][row] = error.status, str(error)
         arrays["nearest"][row] = math.nan if error.nearest is None else error.nearest

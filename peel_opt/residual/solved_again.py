@@ -26,7 +26,8 @@ def solved_again(
     problem : Discretisation
     x : ndarray
     given : tuple of Closure
-        What it was asked at, beside the rod; without it, or at a fold of it, the tip angle is held.
+        What it was asked at, beside the rod; without it, or at a fold of it, the tip angle or the length
+        is held.
 
     Raises
     ------
@@ -38,8 +39,9 @@ def solved_again(
     finer = mesh.discretise(problem.phases)
     rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
     start = problem.prolonged(x, finer)
-    at_a_fold = (*given[:-1], Closure("amplitude", s.A))  # where only this one is regular
-    for closing in (given, at_a_fold) if given else (at_a_fold,):
+    # At a fold another number is regular; which one, the state decides.
+    others = [(*given[:-1], Closure(*held)) for held in (("amplitude", s.A), ("length", s.sigma))]
+    for closing in (given, *others) if given else others:
         found = correct(finer, start, (rod, *closing))
         here, there = x[problem.tail], found.x[finer.tail]
         if found.converged and np.max(np.abs(there - here) / (1.0 + np.abs(here))) < APART:

@@ -198,6 +198,8 @@ def test_rounding_beside_a_rest_makes_no_state_folded() -> None:
     """Here p falls from T0/(1 - 0.1/3) at rest on, so that its first extremum is the least pressure."""
     loads = [po.Pressure(po.profiles.linear(-0.1), dead=0.3), po.SkinFriction(share=0.1)]
     assert po.solve(po.Scene(ROD, loads), free="length", pressure=0.75).state == "middle"
+    loads = [po.Weight(0.05), po.SkinFriction(share=0.1), po.Pressure(po.profiles.exponential(9.0))]
+    assert po.solve(po.Scene(ROD, loads), free="length", pressure=0.8).state == "middle"
 
 
 def test_the_front_may_stand_on_what_was_never_glued() -> None:
