@@ -34,7 +34,8 @@ def main(
     found = {}
     for path in sorted(CARDS.glob(f"{cards}.toml")):
         card = load_any(path)
-        rod = card.rod() if isinstance(card, Card) else None  # calibrations have no rod yet
+        # Calibrations have no rod yet, and what acts in a scene is not in the chart.
+        rod = card.rod() if isinstance(card, Card) and card.scene_table is None else None
         if rod is None or rod.dimensionless:
             continue
         found[path.stem] = snaps(rod, flaws)

@@ -18,7 +18,8 @@ def limits() -> dict[str, tuple[float, float]]:
     found = {}
     for path in sorted(CARDS.glob("*.toml")):
         card = load_any(path)
-        rod = card.rod() if isinstance(card, Card) else None  # calibrations have no rod yet
+        # Calibrations have no rod yet, and what acts in a scene is not in the chart.
+        rod = card.rod() if isinstance(card, Card) and card.scene_table is None else None
         if rod is not None and not rod.dimensionless:
             found[path.stem] = (po.readhesion_pressure(rod).pressure, rod.adhesion_strength)
     return found

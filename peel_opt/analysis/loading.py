@@ -131,7 +131,8 @@ def loading_curve(
 ) -> LoadingCurve:
     """Follow an edge without glue as the pressure under it rises, from rest to where it snaps.
 
-    The points are evenly spaced in the tip angle, in which the states are smooth also at the snap.
+    The points are evenly spaced in the square root of the tip angle, with which the front begins to move;
+    in the tip angle the states are smooth also at the snap.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ def loading_curve(
     except NoEquilibrium:
         last, ended = _end(branch)
     end = last.scalars.A
-    angles = np.linspace(0.0, end, points)[1:]
+    angles = end * np.linspace(0.0, 1.0, points)[1:] ** 2
     rows = [_solved(scene, _start(branch, A), A) for A in angles[:-1]]
     rows.append(_solved(scene, last, end))
     rest = (0.0, scene.numbers["unbonded"], 0.0, 0.0, 0.0, 0.0)

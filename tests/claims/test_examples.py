@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import os
 import subprocess
 import sys
@@ -181,6 +182,18 @@ def test_flaw_charts(tmp_path: Path) -> None:
     assert found["aortic_flap"][-1].pressure == pytest.approx(0.376 * 140.1e3, rel=1e-3)
     assert found["aortic_flap"][0].pressure > found["aortic_flap"][1].pressure
     assert len(found["aircraft_tape"]) == 1  # an edge of 1 eta grows stably there
+
+
+def test_scene_pictures(tmp_path: Path) -> None:
+    found = load("scene_pictures").main(tmp_path, ("peel", "friction"))
+    assert {path.name for path in tmp_path.iterdir()} == {"scene_peel.png", "scene_friction.png"}
+    peel, friction = found["peel"], found["friction"]
+    # Kendall's limit G / (1 - cos phi), which the arm has reached; at first it took more.
+    assert peel["end at 90"] == pytest.approx(100.0, rel=1e-6)
+    assert peel["end at 150"] == pytest.approx(100.0 / (1.0 - math.cos(math.radians(150.0))), rel=1e-4)
+    assert peel["peak at 90"] > 1.19 * peel["end at 90"]
+    assert peel["peak at 150"] > 2.6 * peel["end at 150"]
+    assert friction["5000"] < friction["0"] < friction["-5000"]
 
 
 def test_stability_map(tmp_path: Path) -> None:
