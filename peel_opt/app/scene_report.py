@@ -10,7 +10,7 @@ from ..analysis.unbonded import FlawLimit
 from ..base.units import ANGLE, CURVATURE, display
 from ..equilibria.result import Equilibrium
 from ..model.blister import Blister
-from ..model.dimension import FORCE, LENGTH, Dimension
+from ..model.dimension import LENGTH, Dimension
 from ..model.loads import Pressure
 from ..model.mixed_bonds import LINE, Opening, ShearSprings
 from ..model.rod import Rod, Units
@@ -38,7 +38,7 @@ def describe_scene(scene: Scene) -> str:
     elif not isinstance(scene.bond, Opening):
         hard = isinstance(scene.bond, ShearSprings) and not scene.bond.softening
         words.append(f"bond {_in_words(scene.bond)}{' that do not soften' * hard}")
-    if scene.bond is not LINE and scene.law != "auto":
+    if scene.bond is not LINE and scene.layer is None and scene.law != "auto":
         words.append(f"{scene.bond.name} law")
     kinds = scene.dimensions
     given = {name: value * kinds[name].size(rod) for name, value in q.items() if value}
@@ -55,8 +55,8 @@ def found_numbers(eq: Equilibrium) -> dict[str, tuple[float, Dimension]]:
     """Return the numbers of a scene that were not given but found, with what they measure."""
     if not isinstance(eq.scene, Scene):
         return {}
-    kinds = eq.scene.dimensions | dict.fromkeys(eq.scene.reactions, FORCE)
-    names = ([eq.answered] if eq.answered in eq.numbers else []) + list(eq.scene.reactions)
+    kinds = eq.scene.dimensions | eq.scene.readings
+    names = ([eq.answered] if eq.answered in eq.numbers else []) + list(eq.scene.readings)
     return {name: (eq.numbers[name], kinds[name]) for name in names}
 
 
@@ -97,7 +97,7 @@ def scene_record(eq: Equilibrium) -> dict[str, Any]:
     """Return the numbers of a scene, given and found, with units in the keys."""
     if not isinstance(eq.scene, Scene):
         return {}
-    kinds = eq.scene.dimensions | dict.fromkeys(eq.scene.reactions, FORCE)
+    kinds = eq.scene.dimensions | eq.scene.readings
     units = {name: kinds[name].unit_of(eq.scene.rod) for name in eq.numbers}
     numbers = {f"{name} [{unit}]" if (unit := units[name]) else name: v for name, v in eq.numbers.items()}
     return {"scene": describe_scene(eq.scene), **numbers}

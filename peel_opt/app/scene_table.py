@@ -18,6 +18,7 @@ from ..model import profiles
 from ..model.blister import Blister
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.dimension import DOMAINS, Dimension, Parametrised
+from ..model.layer import ElasticLayer
 from ..model.loads import Drag, Load, Pressure, SkinFriction, Weight
 from ..model.mixed_bonds import Bond, EffectiveOpening, ShearSprings
 from ..model.named_laws import law_named
@@ -37,6 +38,7 @@ PROFILES = {
     "jet": "",
 }
 BONDS = {"opening": "", "effective opening": "zeta", "shear springs": "shear_stiffness"}
+BONDS |= {"elastic layer": "layer_stiffness"}
 
 #: One of each part, whose numbers are the keys of the table.
 _PARTS: tuple[Parametrised, ...] = (
@@ -51,6 +53,7 @@ _PARTS: tuple[Parametrised, ...] = (
     TipLoad(),
     EffectiveOpening(0.0),
     ShearSprings(1.0),
+    ElasticLayer(1.0),
     Middle(roller=0.0),
     Middle(slack=1.0),
 )
@@ -64,7 +67,7 @@ for _part in _PARTS:
 SET = ("force", "angle", "moment", "roller")
 
 #: Numbers that are no longer one at zero.
-_POSITIVE = ("decay", "layer", "until", "shear_stiffness", "stretch")
+_POSITIVE = ("decay", "layer", "until", "shear_stiffness", "layer_stiffness", "stretch")
 
 
 def _known_law(value: object) -> object:
@@ -98,9 +101,10 @@ class SceneTable(CardTable):
     angle: Any = None
     moment: Any = None
     law: Annotated[str, BeforeValidator(_known_law)] = "auto"
-    bond: Literal["opening", "effective opening", "shear springs"] = "opening"
+    bond: Literal["opening", "effective opening", "shear springs", "elastic layer"] = "opening"
     zeta: Any = None
     shear_stiffness: Any = None
+    layer_stiffness: Any = None
     softening: bool = True
     natural_curvature: Any = None
     unbonded: Any = None
@@ -145,8 +149,8 @@ class SceneTable(CardTable):
             raise InvalidInput("the tip of a blister is its middle: leave out tip.")
         if self.bond == "effective opening" and self.law == "none":
             raise InvalidInput("bond = 'effective opening' needs a law, and not law = 'none'.")
-        if self.bond == "shear springs" and self.law != "auto":
-            raise InvalidInput("bond = 'shear springs' has law (8) in the gap: leave out law.")
+        if self.bond in ("shear springs", "elastic layer") and self.law != "auto":
+            raise InvalidInput(f"bond = {self.bond!r} has law (8) in the gap: leave out law.")
         if not self.softening and self.bond != "shear springs":
             raise InvalidInput("softening goes with bond = 'shear springs'.")
         return self
@@ -210,6 +214,8 @@ class SceneTable(CardTable):
             return EffectiveOpening(q["zeta"], law)
         if self.bond == "shear springs":
             return ShearSprings(q["shear_stiffness"], self.softening)
+        if self.bond == "elastic layer":
+            return ElasticLayer(q["layer_stiffness"])
         return self.law if self.law in ("auto", "none") else law
 
 

@@ -111,7 +111,8 @@ def crossings(
         # A zero at the first point is the straight rod at T, which is no answer.
         if a * b < 0.0 or (b == 0.0 and there is not points[-1]):
             state = label(0.5 * (here.arclength + there.arclength))
-            found.append(Candidate(family, here, there, a / (a - b), given, state))
+            share = a / (a - b) if b else 1.0  # of a branch that meets it all along, at its points
+            found.append(Candidate(family, here, there, share, given, state))
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from ..base.checks import positive
 from .bond import COHESIVE, CohesiveLaw, Piece
-from .dimension import SPRING, Dimension, by_numbers
+from .dimension import LENGTH, SPRING, TRACTION, Dimension, by_numbers
 from .mixed_bonds import Bond
 from .place import Numbers
 
@@ -35,6 +35,8 @@ class ElasticLayer(Bond):
     parameters: ClassVar[dict[str, Dimension]] = {"layer_stiffness": SPRING}
     slips: ClassVar[bool] = False
     name: ClassVar[str] = "elastic layer"
+    #: What its answers have more, and what that measures.
+    readings: ClassVar[dict[str, Dimension]] = {"pull_ahead": TRACTION, "rigid_length": LENGTH}
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "Pa/m"))

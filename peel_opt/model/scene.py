@@ -348,6 +348,11 @@ class Scene:
         """Names of the forces that are not given but follow from `tip_equations`."""
         return self.tip.reactions
 
+    @property
+    def readings(self) -> dict[str, Dimension]:
+        """What its states have beside its numbers, and what that measures."""
+        return dict.fromkeys(self.reactions, FORCE) | ({} if self.layer is None else self.layer.readings)
+
     def tip_equations(self, at: Place, q: Numbers) -> list[Any]:
         """Return what vanishes at the tip beside the balances: a gap, or what the slack does not explain."""
         if isinstance(self.tip, Contact):

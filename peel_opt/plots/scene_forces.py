@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..equilibria.result import Equilibrium
-from ..model.dimension import FORCE, Dimension
+from ..model.dimension import Dimension
 from ..model.loads import Load, Pressure, SkinFriction
 from ..model.place import Place
 from ..model.scene import Scene
@@ -64,8 +64,8 @@ class Drawn:
 
 
 def kinds_of(scene: Scene) -> dict[str, Dimension]:
-    """Return what all numbers of a state of a scene measure, those of its reactions among them."""
-    return scene.dimensions | dict.fromkeys(scene.reactions, FORCE)
+    """Return what all numbers of a state of a scene measure, those that follow among them."""
+    return scene.dimensions | scene.readings
 
 
 def numbers_of(eq: Equilibrium, scene: Scene) -> dict[str, float]:

@@ -41,12 +41,13 @@ def state(name: str) -> Equilibrium:
             po.Scene(FLAP, wall=po.Circle(100.0), tip=po.Contact()), 50e3
         ),
         "blister": lambda: po.solve(po.Blister(FLAP, slack=0.05e-3), free="length", pressure=20e3),
+        "layered": lambda: po.length_given_pressure(po.Scene(UNIT, law=po.ElasticLayer(1e4)), 0.8),
         "sheared": lambda: po.length_given_pressure(po.Scene(UNIT, law=po.EffectiveOpening(0.5)), 0.8),
     }
     return makers[name]()
 
 
-STATES = ("windy", "tilted", "pulled", "bent up", "torn", "inside", "pressed", "blister", "sheared")
+STATES = ("windy", "tilted", "pulled", "bent up", "torn", "inside", "pressed", "blister", "layered", "sheared")
 
 
 def arrows(panel: Panel, look: str) -> Arrows:
