@@ -13,7 +13,7 @@ from .run import Track
 from .trajectory import Happening, Ledger, TipPath
 
 #: Shares of a stored shape.
-POINTS = 65
+POINTS = 101
 
 #: Speed below which, and distance still to go over eta below which, nothing moves any more, and the time
 #: over which it must have died away: by then what is fast has, and what leaves an unstable state is seen.
@@ -40,8 +40,9 @@ def front_of(chain: Chain, at: Moment) -> float:
     """Return the arc length of the front, between nodes.
 
     The rod presses on the plate at the front with all of its force, N_y, in one point.  On the mesh two
-    nodes share it, and the front is where their forces have the same moment.  With damage it is where the
-    bond has been open to a share of its range: what has been open a little is held open by the pressure.
+    nodes share it, and the front is where their forces have the same moment.  With damage a point that has
+    been open a little is held open by the pressure, and there is no such place: then the front is the
+    furthest that has been reached.
     """
     if chain.memory.bond == "damage":
         return _damaged_to(chain, at)
@@ -55,16 +56,19 @@ def front_of(chain: Chain, at: Moment) -> float:
 
 
 def _damaged_to(chain: Chain, at: Moment) -> float:
-    """Return where the bond has been open to `DAMAGED` of its range; the opening grows with a third power."""
-    least = DAMAGED / chain.memory.ratio
-    above = np.flatnonzero(at.open_to > least)
+    """Return where the opening that there has been would vanish, from where it is `DAMAGED` of the range.
+
+    It grows with the third power of the distance from the front.
+    """
+    above = np.flatnonzero(at.open_to > DAMAGED / chain.memory.ratio)
     if not above.size:
         return 0.0
     k = int(above[-1])
-    if k + 1 == len(at.open_to):
-        return chain.h * k
-    near, far, wanted = np.cbrt([at.open_to[k], at.open_to[k + 1], least]).tolist()
-    return chain.h * (k + (near - wanted) / (near - far))
+    if k < 2:
+        return chain.h * (k + 1)
+    near, far = np.cbrt(at.open_to[[k, k - 2]]).tolist()
+    slope = 0.5 * (far - near)
+    return chain.h * (k + near / slope) if slope > 0.0 else chain.h * (k + 1)
 
 
 def missed(chain: Chain, at: Moment, pressure: float) -> float:

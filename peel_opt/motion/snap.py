@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import takewhile
 
 import numpy as np
@@ -23,6 +24,8 @@ from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, Units, require_rod
 from ..model.scene import Scene
 from .departure import departure, stretched
+from .follow import beyond_contact
+from .mesh import run_on_mesh
 from .rates import resistance
 from .run import Posture, Setting, Told, Track, Until
 from .tracking import MESHES, track
@@ -35,8 +38,11 @@ LONGEST = 3000.0
 #: which none is returned.
 GOOD, USABLE = 2e-6, 1e-3
 
-#: How far from the folded equilibrium a rod at rest may be, over eta.
+#: How far from the folded equilibrium a rod at rest may be, over eta, where its own error is smaller.
 APART = 1e-5
+
+#: Length over that of the unfolded state with which a motion begins on a mesh.
+OPENED = 1.01
 
 #: A likely end of a run that starts from a nudge, over the time in which that grows by e.
 LIKELY = 25.0
@@ -62,9 +68,13 @@ def snap(
 ) -> Snap:
     """Follow a rod from the moment it lets go to where it comes to rest.
 
-    The pressure is held.  Without ``flaw`` and ``start`` the motion begins just off the unfolded state, which
+    The pressure is held.  Up to contact the front is tracked; from there on, and for bonds that do not heal,
+    a fixed mesh takes over, which knows some four digits.
+
+    Without ``flaw`` and ``start`` the motion begins just off the unfolded state, which
     has one direction in which it grows: the snap along it is one orbit for a rod, a pressure and what
     resists.  The time that it takes to leave is that of the nudge; those between events are the rod's.
+    A tip that has landed slides into the state that just touches the plate, and is given a small lift there.
 
     Parameters
     ----------
@@ -83,7 +93,7 @@ def snap(
         Force per area and speed [Pa s/m], the same in all directions.  It sets the time: without it times
         are in c eta/T0, and a rod in SI units must not have a mass.  1 for a rod without units.
     bond : {"reversible", "damage", "no_rebond"}
-        What a bond does on the way back.
+        What a bond does on the way back.  One that does not heal begins 1 % longer than the unfolded state.
     law : str or CohesiveLaw
         As in `length_given_pressure`.
     until : {"arrest", "contact"} or float
@@ -102,8 +112,8 @@ def snap(
     InvalidInput
         If an argument cannot be meant: a negative drag, mass and drag both zero, another scene.
     OutOfRange
-        From T0 on, where nothing attached is in equilibrium; and where the tip comes down on the plate and
-        the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
+        From T0 on, where nothing attached is in equilibrium; and where the tip of a rod with mass comes down
+        on the plate and the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
     NoEquilibrium
         If the pressure holds no unfolded state to begin with.
     NotConverged
@@ -119,15 +129,15 @@ def snap(
     posture, growth = _begun(asked, flaw, start)
     limit = _until(until, asked)
     with _telling(growth, limit, progress) as told:
-        fine, error, time_error = _resolved(asked.setting, posture, limit, told)
+        fine, error, time_error = _run(asked.setting, posture, limit, told)
     found = _in_units(asked, fine, growth, error, time_error)
-    if fine.outcome == "folded":
-        _require_folded(asked, fine)
+    if fine.outcome == "folded" and bond == "reversible":
+        _require_folded(asked, fine, max(APART, 2.0 * error))
     if fine.outcome == "contact" and until != "contact":
         units = Units.of(asked.rod)
         raise OutOfRange(
             f"the tip came down on the plate at t = {found.t[-1]:.6g} {found.time_unit}, with"
-            f" sbar = {found.front[-1]:.6g} {units.length}: what follows is not computed here.",
+            f" sbar = {found.front[-1]:.6g} {units.length}: what follows depends on how it bounces.",
             remedy='Ask until="contact" for the motion up to there.',
             candidates=(found,),
         )
@@ -167,10 +177,6 @@ def _asked(
         law = plain_law(subject)
     if bond not in BONDS:
         raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
-    if bond != "reversible":
-        raise OutOfRange(
-            f"a bond with {bond!r} is not followed by this call.", remedy='Ask for bond="reversible".'
-        )
     P = rod.pressure_ratio(pressure)
     if P >= 1.0:
         raise OutOfRange(
@@ -203,16 +209,18 @@ def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tupl
     unfolded = length_given_pressure(asked.rod, asked.pressure, law=asked.law)
     if flaw is not None:
         return stretched(unfolded, asked.rod.length_ratio(flaw)), math.nan
+    if asked.setting.bond != "reversible":
+        return stretched(unfolded, OPENED * unfolded.length_ratio), math.nan
     left = departure(asked.setting, unfolded)
     return left.posture, left.growth
 
 
 def _until(until: str | float, asked: _Asked) -> Until:
     if until in ("arrest", "contact"):
-        return Until(LONGEST, arrest=True)
+        return Until(LONGEST, contact=until == "contact", arrest=True)
     if isinstance(until, str):
         raise InvalidInput(f'until must be "arrest", "contact" or a time, got {until!r}.')
-    return Until(positive("until", until) / asked.unit, arrest=False)
+    return Until(positive("until", until) / asked.unit, contact=False, arrest=False)
 
 
 @contextmanager
@@ -231,6 +239,33 @@ def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
 
         yield reached
         step(PARTS - done)
+
+
+def _run(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
+    """Run by what computes it best; return the run, its error and that of its times.
+
+    Where a tracked front is lost all is done on the mesh: from a length that is not that of the unfolded
+    state itself, which a mesh has elsewhere.
+    """
+    if setting.bond != "reversible":
+        return _meshed(partial(run_on_mesh, setting, start, until), told)
+    try:
+        first, error, time_error = _resolved(setting, start, until, told)
+    except NotConverged:
+        if until.contact or setting.mass:
+            raise
+        opened = replace(start, s=OPENED * start.s)
+        return _meshed(partial(run_on_mesh, setting, opened, until), told)
+    if first.outcome != "contact" or until.contact or setting.mass:
+        return first, error, time_error
+    then, *errors = _meshed(partial(beyond_contact, setting, first, until), told)
+    return then, max(error, errors[0]), max(time_error, errors[1])
+
+
+def _meshed(run: Callable[..., Track], told: Told) -> tuple[Track, float, float]:
+    """Run on two meshes; return the run on the finer and what they differ by."""
+    coarse, fine = run(resolution=0), run(resolution=1, told=told)
+    return fine, *_errors(coarse, fine)
 
 
 def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
@@ -311,12 +346,12 @@ def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error
     )
 
 
-def _require_folded(asked: _Asked, run: Track) -> None:
+def _require_folded(asked: _Asked, run: Track, within: float) -> None:
     """Raise unless a rod at rest is the folded equilibrium that is known otherwise."""
     known = length_given_pressure(
         asked.rod, asked.pressure, law=asked.law, state="folded", near=asked.rod.length(float(run.front[-1]))
     )
-    if abs(known.length_ratio - run.front[-1]) > APART:
+    if abs(known.length_ratio - run.front[-1]) > within:
         raise NotConverged(
             f"the rod came to rest at sbar/eta = {run.front[-1]:.8g}, where no equilibrium is: the nearest"
             f" has {known.length_ratio:.8g}."
