@@ -11,7 +11,7 @@ from .run import Posture, Setting, Told, Track, Until
 from .trajectory import Ledger, TipPath
 
 #: Height of a tip on its way down, as a share of its greatest, at which the mesh takes over.
-LOW = 0.1
+LOW = 0.8
 
 
 def beyond_contact(

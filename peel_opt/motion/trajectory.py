@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,9 +14,14 @@ from scipy.interpolate import PchipInterpolator
 
 from ..base.checks import finite
 from ..base.drawing import draw, film
-from ..base.errors import InvalidInput
+from ..base.errors import InvalidInput, PeelOptError
 from ..base.progress import Progress
 from ..base.records import Column, Schema, Stored, Table, array, entries
+from ..equilibria.ask import length_given_pressure
+from ..equilibria.result import Equilibrium
+from ..equilibria.tip_on_plate import flat_fold, touching
+from ..model.bond import CohesiveLaw
+from ..model.named_laws import law_named
 from ..model.rod import Rod, Units, rod_from
 
 if TYPE_CHECKING:
@@ -41,6 +46,22 @@ OUTCOMES = {
 
 #: What a moment of a motion may be named for.
 HAPPENINGS = ("start", "angle", "lift", "contact", "arrest", "end of rod", "time")
+
+
+#: How far, over eta, a rod at rest may be from the equilibrium that it rests in, beside its error.
+NEAR = 1e-3
+
+
+def _folded(rod: Rod, pressure: float, law: CohesiveLaw) -> Equilibrium:
+    return length_given_pressure(rod, pressure, law=law, state="folded")
+
+
+#: The equilibria that a motion may come to rest in, by its outcome.
+RESTS: dict[str, Callable[[Rod, float, CohesiveLaw], Equilibrium]] = {
+    "folded": _folded,
+    "touching": lambda rod, pressure, law: touching(rod, pressure, law=law),
+    "flat fold": lambda rod, pressure, law: flat_fold(rod, pressure, law=law),
+}
 
 
 class TipPath(NamedTuple):
@@ -182,6 +203,24 @@ class Snap(Stored):
         """Of the front, length per `time_unit`, (n,)."""
         slopes: np.ndarray = np.gradient(self.front, self.t)
         return slopes
+
+    @cached_property
+    def arrest(self) -> Equilibrium | None:
+        """The certified equilibrium that it came to rest in; None where it is none of those that are known.
+
+        A motion with a bond that does not heal may stop at a length that no equilibrium has for itself.
+        """
+        law = law_named(self.law)
+        if law is None or self.outcome not in RESTS:
+            return None
+        try:
+            found = RESTS[self.outcome](self.rod, self.pressure, law)
+        except PeelOptError:
+            return None
+        apart = abs(found.length - self.front[-1]) / self.rod.eta
+        if self.outcome == "flat fold":  # whose tail is not a part of the equilibrium
+            apart = abs(self.tip.angle[-1] - found.tip_angle)
+        return found if apart < max(2.0 * self.error, NEAR) else None
 
     def event(self, kind: str) -> Happening:
         """Return the first moment of a kind.

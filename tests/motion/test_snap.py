@@ -230,3 +230,43 @@ def test_a_scene_that_is_the_papers_is_its_rod_and_another_is_refused() -> None:
     assert plain.front[-1] == po.snap(rod, 0.9, until=5.0).front[-1]
     with pytest.raises(po.InvalidInput, match="paper's scene"):
         po.snap(po.Scene(rod, [po.Weight(0.05)]), 0.9)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "pressure", "outcome", "known"),
+    [
+        (0.3, 0.9, "folded", lambda rod, p: po.length_given_pressure(rod, p, state="folded")),
+        (1.0, 0.8, "flat fold", po.flat_fold),
+        (0.566, 0.9, "folded", lambda rod, p: po.length_given_pressure(rod, p, state="folded")),
+    ],
+)
+def test_it_comes_to_rest_in_an_equilibrium_of_its_own_rows(ratio, pressure, outcome, known) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    snapped = po.snap(rod, pressure)
+    assert snapped.outcome == outcome
+    expected = known(rod, pressure)
+    assert snapped.arrest is not None
+    assert snapped.arrest.certified
+    assert snapped.arrest.length == pytest.approx(expected.length, rel=1e-9)
+    if outcome == "folded":
+        assert abs(snapped.front[-1] - expected.length) <= snapped.error + 1e-6
+    if snapped.event("start").t < 0.0 or any(e.kind == "contact" for e in snapped.events):
+        assert snapped.event("contact").y == 0.0
+        assert np.abs(snapped.energy.defect).max() < 1e-2
+        assert np.all(np.diff(snapped.t) > 0.0)
+
+
+def test_a_bond_that_does_not_heal_stops_where_it_came_to_and_takes_its_work() -> None:
+    rod = po.Rod.from_ratio(1.0)
+    damaged = po.snap(rod, 0.5, bond="damage")
+    healing = po.snap(rod, 0.5, until="contact")
+    # Up to where the tip comes down into the range of the bond the two motions are one.
+    assert damaged.front[-1] == pytest.approx(healing.front.max(), abs=5e-3)
+    assert damaged.front[-1] > po.grown_flap(rod, 0.5).length
+    assert damaged.front[-1] < po.largest_flap(rod).length
+    assert damaged.energy.bond_loss[-1] == pytest.approx(
+        0.5 * rod.adhesion_range * (damaged.front[-1] - 1.3), abs=0.1
+    )
+    assert damaged.energy.drag[-1] > 0.0
+    assert np.all(np.diff(damaged.energy.bond_loss) >= 0.0)
+    assert np.abs(damaged.energy.defect).max() < 2e-3
