@@ -9,6 +9,9 @@ T0: the paper's transition is the limit of these limit points.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
 
 from ..base.checks import positive
 from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
@@ -19,6 +22,7 @@ from ..model.bond import CohesiveLaw
 from ..model.rod import RATIOS, Rod, require_rod
 from ..model.scene import Scene
 from ..residual.closures import Closure
+from ..residual.free_arc import curve
 from ..residual.meshes import SNAPS
 from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
@@ -26,6 +30,9 @@ from ..residual.spectral import Spectral
 
 #: Tip angle [rad] just short of 4 pi/3, at which the tip of a flap without glue comes down to its wall.
 TOUCHING = 4.188
+
+#: Stretches a (p/k)^(1/3) between which the tip of a clamped flap comes down to its plate.
+TOUCHES = (4.5, 5.2)
 
 #: Largest error of p/T0 or a/eta, and largest certificate, that is returned.
 LARGEST = 1e-8
@@ -209,16 +216,33 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
         raise NoEquilibrium(
             f"no edge snaps at this pressure: those that were followed, up to a = {longest:.6g}, grow stably."
         )
-    touch = branch.family.solve(branch.points[-1].profile, Closure("amplitude", TOUCHING))
-    above = [p.scalars.pressure_ratio for p in branch.points if p.scalars.A < TOUCHING]
-    above += [touch[0].scalars(touch[1].x).pressure_ratio] if touch else []
-    highest = min(1.0, max(above))
+    highest = min(1.0, (touching_stretch() / scene.numbers["unbonded"]) ** 3)
     where = "where the bond itself fails" if highest == 1.0 else "where its tip comes back to the plate"
     raise NoEquilibrium(
-        f"the edge does not snap: it grows stably up to about p = {rod.pressure(highest):.6g}"
+        f"the edge does not snap: it grows stably up to p = {rod.pressure(highest):.6g}"
         f" (p/T0 = {highest:.6g}), {where}.",
         nearest=rod.pressure(highest),
     )
+
+
+@lru_cache(maxsize=1)
+def touching_stretch() -> float:
+    """Return a (p/k)^(1/3) of an edge without glue whose tip comes back to the plate.
+
+    There its front is back where the glue begins, and the edge is a flap that is clamped at it: the curve
+    of a free arc has closed.
+
+    Examples
+    --------
+    >>> round(touching_stretch(), 6)
+    4.857301
+    """
+    from scipy.optimize import brentq  # which takes long to import
+
+    def level(stretch: float) -> float:
+        return float(curve(np.array([stretch]), TOUCHES[1])[1][0])
+
+    return float(brentq(level, *TOUCHES, xtol=1e-15, rtol=1e-14))
 
 
 def _limit(scene: Scene, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:

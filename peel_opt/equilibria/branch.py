@@ -66,7 +66,8 @@ class Branch(AmplitudeGroups[np.ndarray], Stored):
     special_points : tuple of SpecialPoint
     trivial : Trivial or None
     ended : str
-        Why the walk stopped: "contact", "window", "p < 0", "limit", "stalled", "slice".
+        Why the walk stopped: "contact", "window", "p < 0", "limit", "stalled", "slice"; of a scene also the
+        words of its `SceneTrace`.
     options : dict
         What the trace was asked for.
     index : ndarray or None

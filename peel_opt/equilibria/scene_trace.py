@@ -15,7 +15,6 @@ from ..continuation.points import Point
 from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
 from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
-from ..model.tips import TipLoad
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
 from ..residual.meshes import SCENES_TRACED
@@ -23,6 +22,13 @@ from ..residual.scene_spectral import SceneSpectral
 from .assembly import WalkedSide, columns_of, special_points_of
 from .branch import Branch
 from .scenes import solve
+
+#: Detached length, over that of the plain rod's transition, beyond which a branch is not traced: where a load
+#: dies out as the rod turns it goes on for ever.
+FAR = 12.0
+
+#: Points, at least, of a branch that is cut off where the finest mesh does not resolve it.
+FEWEST = 8
 
 #: Least amplitude of a point: in those beside a rest rounding hides what a mesh does.
 LEAST = 1e-5
@@ -46,6 +52,16 @@ class SceneTrace(Branch):
     scene: Scene | None = field(default=None, repr=False)
     family: SceneFamily | None = field(default=None, repr=False)
     points: tuple[Point, ...] = field(default=(), repr=False)
+
+    @property
+    def tip_angle(self) -> np.ndarray:
+        """theta at the tip [rad], zero at the middle of a strip; the amplitude counts from the wall."""
+        if self.scene is None:
+            return super().tip_angle
+        numbers = self.scene.numbers
+        _, start = self.scene.tip_start(1.0, 1.0, numbers)
+        kw = float(self.scene.wall.curvature_of(numbers))
+        return start * self.A - kw * self.sigma
 
     @property
     def carries_solutions(self) -> bool:
@@ -92,36 +108,55 @@ def trace_scene(
     until : callable
         The arclength beyond which what was walked is left out.
 
+    Returns
+    -------
+    SceneTrace
+        It has ``ended`` "far" where its length is `FAR` times that of a plain rod's transition, and
+        "unresolved" where the finest mesh is not accurate to ``tol`` beyond.
+
     Raises
     ------
     InvalidInput
         If one of the others is given, or the amplitude of the branch is not the angle of its tip.
     NotConverged
-        If the branch cannot be entered, or is not accurate to ``tol`` with the finest mesh.
+        If the branch cannot be entered, or is not accurate to ``tol`` where it begins.
     """
-    if not isinstance(scene.tip, TipLoad):
-        raise InvalidInput(
-            "a branch is read by the angle of a free tip: one of a strip, or of a tip that rests on its wall,"
-            " is not traced.",
-            remedy="Ask for its states with solve or equilibria, one number at a time.",
-        )
     if any(other is not None for other in others):
         raise InvalidInput("trace takes points= and tol= for a scene.", remedy="Give the scene its law=.")
     ratio = Closure("ratio", scene.rod.ratio)
     for mesh in SCENES_TRACED:
         family = SceneFamily(scene.bond.law, SceneSpectral(scene, mesh), ratio)
         walked = entered_branch(family)
-        last = until(walked)
+        last, ended = until(walked), walked.ends[1]
+        if (far := _far(walked)) < last:
+            last, ended = far, "far"
         along = _filled(walked, points, last)
         errors = point_errors(family, along)
-        reached = float(errors.total.max())
-        if reached <= tol + 4.0 * float(errors.rounding.max()):
-            options = {"points": points, "tol": tol, "scene": repr(scene)}
-            return _assembled(walked, along, errors.total, options, last)
-    raise NotConverged(
-        f"the branch of the scene is accurate to {reached:.1e} only, asked for {tol:.1e}.",
-        remedy="Give a larger tol.",
-    )
+        resolved = errors.total <= tol + 4.0 * float(errors.rounding.max())
+        if resolved.all():
+            break
+    options = {"points": points, "tol": tol, "scene": repr(scene)}
+    if not resolved.all():
+        kept = int(np.argmin(resolved))
+        if kept < FEWEST:
+            raise NotConverged(
+                f"the branch of the scene is accurate to {errors.total[: FEWEST + 1].max():.1e} only where it"
+                f" begins, asked for {tol:.1e}.",
+                remedy="Give a larger tol.",
+            )
+        along, last, ended = along[:kept], along[kept - 1].arclength, "unresolved"
+    return _assembled(walked, along, errors.total[: len(along)], options, last, ended)
+
+
+def _tip_heights(points: list[Point]) -> np.ndarray:
+    """Return y/y0 of the tip of each point, whatever its bond sees of it."""
+    return np.array([p.scalars.height(p.profile.values[0, 0, 4]) for p in points])
+
+
+def _far(walked: SceneBranch) -> float:
+    """Return the arclength from which on a branch is too long to be traced."""
+    longest = FAR * math.pi * walked.family.closure.value**-0.25
+    return next((p.arclength for p in walked.points if p.scalars.sigma > longest), math.inf)
 
 
 def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
@@ -132,7 +167,12 @@ def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
 
 
 def _assembled(
-    walked: SceneBranch, along: list[Point], errors: np.ndarray, options: dict[str, Any], last: float
+    walked: SceneBranch,
+    along: list[Point],
+    errors: np.ndarray,
+    options: dict[str, Any],
+    last: float,
+    ended: str,
 ) -> SceneTrace:
     family = walked.family
     folds = [f for f in walked.folds if f.point.scalars.A >= LEAST and f.point.arclength <= last]
@@ -144,19 +184,19 @@ def _assembled(
     if added:
         own |= dict(zip(map(id, added), point_errors(family, added).total, strict=True))
     total = np.array([own[id(p)] for p in every])
-    part = WalkedSide(family, every, specials, walked.state_at, walked.ends[1])
+    part = WalkedSide(family, every, specials, walked.state_at, ended)
     scene = family.scene
     return SceneTrace(
         law=scene.bond.name,
         hold="ratio",
         held=scene.rod.ratio,
         rod=scene.rod,
-        **columns_of(every, family),
+        **columns_of(every, family) | {"tip_u": _tip_heights(every)},
         arclength=np.array([p.arclength for p in every]),
         error=total,
         state=np.array([walked.state_at(p.arclength) for p in every]),
         special_points=special_points_of([part], [(part, p) for p in every], total),
-        ended=walked.ends[1],
+        ended=ended,
         options=options,
         scene=scene,
         family=family,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import peel_opt as po
 
@@ -64,10 +66,24 @@ def test_a_real_flap_in_its_own_units() -> None:
 
 @pytest.mark.parametrize(("r", "a"), [(1.0, 30.0), (10.0, 30.0), (100.0, 100.0)])
 def test_no_snap_is_found_beyond_the_touch_of_the_tip(r: float, a: float) -> None:
-    """The tip comes down at p a^3/k = 114.6, and touches without going through."""
+    """The tip comes down at p a^3/k = 114.6, and touches without going through.
+
+    Seen from the tip a clamped flap is the curve phi' = (X^2 + Y^2)/2, X' = cos phi, Y' = sin phi, up to
+    where it closes.
+    """
     with pytest.raises(po.NoEquilibrium, match="tip comes back") as found:
         po.safe_pressure(po.Rod.from_ratio(r), a)
-    assert 60.0 < found.value.nearest * a**3 < 115.0
+
+    flap = solve_ivp(
+        lambda _, z: [0.5 * (z[1] ** 2 + z[2] ** 2), np.cos(z[0]), np.sin(z[0])],
+        (0.0, 6.0),
+        (0.0, 0.0, 0.0),
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        events=lambda s, z: float(z[1]) if s > 4.5 else 1.0,
+    )
+    assert found.value.nearest * a**3 == pytest.approx(flap.t_events[0][0] ** 3, rel=1e-8)
 
 
 def test_the_shortest_edges_snap_just_below_the_strength() -> None:

@@ -99,11 +99,32 @@ def test_a_strip_that_cannot_lift_is_refused(given: dict[str, Any], words: str) 
 
 @pytest.mark.parametrize(
     "scene",
-    [po.Blister(ROD, slack=0.1), po.Scene(ROD, tip=po.Contact(), natural_curvature=-0.2)],
+    [
+        po.Blister(ROD, slack=0.1),
+        po.Blister(ROD, stretch=50.0, line_energy=0.2),
+        po.Scene(ROD, wall=po.Circle(0.1), tip=po.Contact()),
+    ],
+    ids=["slack", "stretch", "contact"],
 )
-def test_a_branch_that_is_not_read_by_its_tip_angle_is_not_traced(scene: po.Scene) -> None:
-    with pytest.raises(po.InvalidInput, match="angle of a free tip"):
-        po.trace(scene)
+def test_strips_and_tips_that_rest_are_traced(scene: po.Scene) -> None:
+    branch = po.trace(scene, points=12)
+    assert branch.error.max() < 1e-10
+    assert branch.certificate.max() < 1e-9
+    i = len(branch) // 3
+    eq = branch[i]
+    assert eq.tip_angle == pytest.approx(branch.tip_angle[i], abs=1e-9)
+    assert eq.tip_height == pytest.approx(branch.tip_height[i], abs=1e-9)
+    assert branch.ended in ("far", "suction", "lifts", "long")
+
+
+def test_a_branch_that_goes_on_for_ever_is_traced_up_to_twelve_lengths() -> None:
+    """A jet dies out as the rod turns up: P_min by shooting, and no refusal of what lies before."""
+    branch = po.trace(po.Scene(ROD, [po.Pressure(po.profiles.jet())]), points=24)
+    least = branch.special("LP-pressure")[0]
+    assert least.pressure_ratio == pytest.approx(0.458879373767, abs=1e-11)
+    assert least.length_ratio == pytest.approx(4.4388244, abs=1e-6)
+    assert branch.ended == "far"
+    assert branch.error.max() <= 1e-10
 
 
 @pytest.mark.parametrize("pressure", [0.3, 0.5])
