@@ -7,9 +7,11 @@ from typing import Any
 
 from ..base.units import display
 from ..equilibria.branch import Branch
+from ..equilibria.scene_trace import SceneTrace
 from ..model.labels import special_kind
 from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, slug
+from .scene_report import describe_scene
 
 _DIGITS = 10
 
@@ -18,7 +20,10 @@ def special_table(branch: Branch) -> str:
     """Return what the branch is, its special points in order, and how far to trust them."""
     rod = branch.rod
     held = f"{branch.hold} = {branch.held:.10g}" if rod is None else describe_rod(rod)
-    lines = [f"branch of {len(branch)} points, {branch.law} law, {held}", ""]
+    lines = [f"branch of {len(branch)} points, {branch.law} law, {held}"]
+    if isinstance(branch, SceneTrace) and branch.scene is not None:
+        lines.append(f"scene: {describe_scene(branch.scene)}")
+    lines.append("")
     rows = [["kind", "what", *_titles(branch), "status"]]
     for point in branch.special_points:
         cells = [point.kind, special_kind(point.kind).words]

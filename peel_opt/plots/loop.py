@@ -58,7 +58,7 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     Axes
     """
     panel = pressure_panel(loop)
-    return draw_panel(panel, ax, height=4.4, legend="inside", loc="center", bbox_to_anchor=(0.5, 0.25))
+    return draw_panel(panel, ax, height=4.4, legend="below", columns=3)
 
 
 def lambda_panel(loop: HysteresisLoop, between: tuple[np.ndarray, np.ndarray] | None = None) -> Panel:

@@ -299,6 +299,16 @@ def test_commands_take_the_scene_of_a_card_or_refuse_it(call, tmp_path):
         assert "[scene], which this command does not cover" in err
 
 
+def test_a_traced_scene_is_named(call, tmp_path):
+    path = tmp_path / "heavy.toml"
+    path.write_text(RATIO.format(scene="weight = 0.02", question="pressure = 0.8"))
+    _, out, _ = call("trace", "--card", path, "--points", "12", "--tol", "1e-6")
+    assert "scene: weight = 0.02 T0, tilt" not in out
+    assert "scene: weight = 0.02 T0" in out
+    # The least pressure of a rod of ratio 1 with this weight, by DOP853.
+    assert "0.151810" in out
+
+
 def test_run_writes_how_a_flaw_opens(call, tmp_path):
     path = PROBLEMS / "aortic_tear.toml"
     code, out, err = call("run", path, "--out", tmp_path, "--no-plot")

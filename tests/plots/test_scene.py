@@ -47,7 +47,18 @@ def state(name: str) -> Equilibrium:
     return makers[name]()
 
 
-STATES = ("windy", "tilted", "pulled", "bent up", "torn", "inside", "pressed", "blister", "layered", "sheared")
+STATES = (
+    "windy",
+    "tilted",
+    "pulled",
+    "bent up",
+    "torn",
+    "inside",
+    "pressed",
+    "blister",
+    "layered",
+    "sheared",
+)
 
 
 def arrows(panel: Panel, look: str) -> Arrows:
