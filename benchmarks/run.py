@@ -13,14 +13,14 @@ import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before NumPy: threads only disturb such small systems
 
-from . import auto_peer, batches, cold_starts, many_answers, single_answers
+from . import auto_peer, batches, cold_starts, many_answers, scenes, single_answers
 
 
 def main() -> int:
     """Measure, print and judge."""
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
     short = 0
-    for module in (single_answers, batches, many_answers, cold_starts, auto_peer):
+    for module in (single_answers, scenes, batches, many_answers, cold_starts, auto_peer):
         for figure in module.figures():
             print(figure, flush=True)
             short += not figure.met

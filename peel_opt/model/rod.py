@@ -128,16 +128,22 @@ def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:
     return ratio
 
 
+def refuse_scene(subject: object) -> None:
+    """Raise where a call that knows the paper's scene only is given another."""
+    if isinstance(getattr(subject, "rod", None), Rod):
+        raise InvalidInput(
+            "this call takes a rod, and not a scene: what it reads is known for the paper's scene only.",
+            remedy="Ask for states of a scene with solve, for many with answers; what its rod alone does,"
+            " with scene.rod. What is read off a scene stands in docs/scenes.md.",
+        )
+
+
 def require_rod(rod: object, limits: tuple[float, float] = FOLLOWED) -> Rod:
     """Return ``rod`` if it is one whose branch can be followed, or say what it is instead.
 
     Single answers, which are tested in a narrower range, pass that as ``limits``.
     """
-    if isinstance(getattr(rod, "rod", None), Rod):
-        raise InvalidInput(
-            "this call takes a rod, and not a scene: what it reads is known for the paper's scene only.",
-            remedy="Ask for states of a scene with solve; what its rod alone does, with scene.rod.",
-        )
+    refuse_scene(rod)
     if not isinstance(rod, Rod):
         raise InvalidInput(
             f"rod must be a Rod, got {rod!r:.60}.",

@@ -13,7 +13,7 @@ from ...base.errors import InvalidInput, PeelOptError
 from ...equilibria.question import known_law
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.labels import OBSERVABLE, known_state
-from ...model.rod import MATERIAL, Rod
+from ...model.rod import MATERIAL, Rod, refuse_scene
 from ...residual.meshes import FITTED
 from .chart import Chart
 from .covariance import singular
@@ -190,6 +190,7 @@ def _mask(free: Sequence[str]) -> np.ndarray:
 
 def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str, float]:
     """Return the numbers that are not free."""
+    refuse_scene(rod)
     if rod is not None and not isinstance(rod, (Rod, Mapping)):
         raise InvalidInput(f"rod must be a Rod or a mapping of known numbers, got {rod!r}.")
     if isinstance(rod, Rod):

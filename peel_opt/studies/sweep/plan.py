@@ -26,7 +26,7 @@ from ...equilibria.question import ASKS, known_law, rod_questions
 from ...model.bond import CohesiveLaw
 from ...model.labels import known_state
 from ...model.law_samples import texts
-from ...model.rod import MATERIAL, Rod, Units
+from ...model.rod import MATERIAL, Rod, Units, refuse_scene
 from ...residual.discretisation import Transcription
 
 #: Points of a chunk: at 0.2 to 25 ms each, what an interruption may cost, against a submission
@@ -113,6 +113,7 @@ class Plan:
                 f"axes must be a table of names and values, got {reprlib.repr(axes)}.",
                 remedy="For instance {'ratio': [0.5, 1.0], 'pressure_ratio': [0.4, 0.6, 0.8]}.",
             )
+        refuse_scene(rod)
         if not isinstance(rod, Rod | None):
             raise InvalidInput(f"rod must be a Rod, got {reprlib.repr(rod)}.")
         units = _units({str(name) for name in axes}, rod)

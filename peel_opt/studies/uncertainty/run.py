@@ -20,7 +20,7 @@ from ...equilibria.ask import ask_rod
 from ...equilibria.methods import Method
 from ...equilibria.question import ASKS
 from ...model.bond import CohesiveLaw
-from ...model.rod import MATERIAL, Rod, Units
+from ...model.rod import MATERIAL, Rod, Units, refuse_scene
 from ...residual.discretisation import Transcription
 from ..sweep.plan import Options
 from ..sweep.run import sweep
@@ -101,6 +101,7 @@ def uncertainty(
     >>> round(1e6 * found.linear_sd, 1), found.failed  # in um
     (28.6, 0.0)
     """
+    refuse_scene(rod)
     if not isinstance(rod, Rod):
         raise InvalidInput(f"rod must be a Rod, got {rod!r}.")
     options = Options(law, state, tol, method)
