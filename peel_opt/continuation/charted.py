@@ -222,10 +222,10 @@ def _ended(segment: Segment, kind: str) -> tuple[Segment, float] | None:
     """
     last, held = len(segment) - 1, segment.held
     given = np.array([[held.value, ENDS[kind]]])
-    solved = solve(segment.stack, (held.kind, "pressure"), given, segment.solved.x[last:], 0.0)
+    solved = solve(segment.stack, (held.kind, "pressure"), given, segment.solved.x[last:], sharp=True)
     if not solved.converged[0]:
         return None
-    end = Segment.at(segment.stack, held, solved.scalars.A, solved.x, 0.0)
+    end = Segment.at(segment.stack, held, solved.scalars.A, solved.x, sharp=True)
     near = APART / segment.speeds[last]
     if not (end.solved.converged[0] and abs(end.A[0] - segment.A[last]) < near):
         return None

@@ -18,7 +18,7 @@ from ..base.arrays import EPS
 from ..base.quadrature import Grid
 from ..model.equations import Scalars
 from ..residual.accuracy import SAFE, UNITS, can_estimate
-from ..residual.batch import Solved, solve
+from ..residual.batch import CHORD, Solved, solve
 from ..residual.closures import READINGS, Closure, charts
 from ..residual.compiled_stack import AnyStack, CompiledStack
 from ..residual.stack import TAIL, gradient
@@ -75,13 +75,14 @@ class Segment:
 
     @classmethod
     def at(
-        cls, stack: AnyStack, held: Closure, A: np.ndarray, start: np.ndarray, fresh: float = FRESH
+        cls, stack: AnyStack, held: Closure, A: np.ndarray, start: np.ndarray, *, sharp: bool = False
     ) -> Segment:
-        """Solve at tip angles, each from its own start."""
+        """Solve at tip angles, each from its own start; ``sharp`` slopes are good to rounding."""
         given = np.column_stack([np.full(len(A), held.value), A])
         kinds = (held.kind, "amplitude")
         chunks = [slice(k, k + CHUNK) for k in range(0, len(A), CHUNK)]
-        parts = [solve(stack, kinds, given[chunk], start[chunk], fresh) for chunk in chunks]
+        chord = CHORD if sharp else FRESH
+        parts = [solve(stack, kinds, given[chunk], start[chunk], chord, sharp=sharp) for chunk in chunks]
         return cls(held, Solved.joined(parts))
 
     def __len__(self) -> int:
@@ -217,7 +218,7 @@ class Segment:
         reads = [kinds[kind] for kind, _ in brackets]
         guesses = np.array([_root(segment.A, slopes[kind], i) for kind, i in brackets])
         A, bends = guesses.T
-        found = Segment.at(self.stack, self.held, A, segment.start(A), 0.0)
+        found = Segment.at(self.stack, self.held, A, segment.start(A), sharp=True)
         at = np.array([i for _, i in brackets])
         low, high = segment.A[at], segment.A[at + 1]
         begins = np.array([slopes[kind][i] for kind, i in brackets])
@@ -229,13 +230,13 @@ class Segment:
             inside = (low - NEAR <= aim) & (aim <= high + NEAR)
             moved = np.where(inside, aim, 0.5 * (low + high)) - found.A
             start = found.solved.x + moved[:, None] * found.rates
-            found = Segment.at(self.stack, self.held, found.A + moved, start, 0.0)
+            found = Segment.at(self.stack, self.held, found.A + moved, start, sharp=True)
             left = found._each(reads)
-            if np.all(np.abs(moved) * found.speeds < enough):
-                break
             # What a short step changes is lost in rounding.
             far = np.abs(moved) * found.speeds > NEAR
             bends = np.where(far, (left - before) / np.where(far, moved, 1.0), bends)
+            if np.all(np.abs(left / bends) * found.speeds < enough):
+                break
         widths = found._widths(reads, bends)
         near = NEAR / found.speeds
         inside = (segment.A[at] < found.A + near) & (found.A - near < segment.A[at + 1])
@@ -263,7 +264,7 @@ class Segment:
             steps = np.concatenate([-widths[::-1], widths])
             rows, aside = np.repeat(left, len(steps)), (steps / self.speeds[left, None]).ravel()
             start = self.solved.x[rows] + aside[:, None] * self.rates[rows]
-            there = Segment.at(self.stack, self.held, self.A[rows] + aside, start, 0.0)
+            there = Segment.at(self.stack, self.held, self.A[rows] + aside, start, sharp=True)
             slopes = there._each([reads[row] for row in rows.tolist()]).reshape(len(left), 2, len(widths))
             below, above = slopes[:, 0, ::-1], slopes[:, 1]
             sign = np.sign(bends[left, None])
@@ -279,7 +280,7 @@ class Segment:
     def _finer(self) -> Segment:
         """The same states on the next finer mesh."""
         start = self.stack.prolonged(self.solved.x)
-        return Segment.at(self.stack.finer, self.held, self.A, start, 0.0)
+        return Segment.at(self.stack.finer, self.held, self.A, start, sharp=True)
 
     def _cut(self, reads: Sequence[Callable[[Scalars], Any]]) -> Segment:
         """Return the segment with states between folds that lie close together between two of its own.

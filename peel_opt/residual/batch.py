@@ -156,7 +156,13 @@ class Solved:
 
 @np.errstate(all="ignore")  # what goes astray is no number for a step, and left out
 def solve(
-    stack: AnyStack, kinds: tuple[str, ...], given: np.ndarray, start: np.ndarray, chord: float = CHORD
+    stack: AnyStack,
+    kinds: tuple[str, ...],
+    given: np.ndarray,
+    start: np.ndarray,
+    chord: float = CHORD,
+    *,
+    sharp: bool = False,
 ) -> Solved:
     """Solve for the numbers given, each state from its own start.
 
@@ -168,7 +174,9 @@ def solve(
     given : ndarray, shape (states, 2)
     start : ndarray, shape (states, size)
     chord : float
-        Size of an update from which on the inverse at hand does; zero for an inverse at the solution itself.
+        Size of an update from which on the inverse at hand does.
+    sharp : bool
+        Whether the inverse is to be that at the solution itself, to rounding.
 
     Returns
     -------
@@ -207,7 +215,7 @@ def solve(
         going = going[~done]
         if not going.size:
             break
-    again = np.flatnonzero(converged & (stale | (chord == 0.0)))
+    again = np.flatnonzero(converged & (stale | sharp))
     if again.size:
         _, jacobian = stack.linearise(x[again], kinds, given[again])
         inverse[again] = _inverses(jacobian)

@@ -101,9 +101,8 @@ def test_an_answer_from_a_seed_takes_one_set_of_factors(name: str, counted: Coun
     assert counted["factorisations"] <= 1 + (name == "pressure")
 
 
-@pytest.mark.parametrize("name", SHORT)
-def test_an_answer_crosses_few_files(name: str) -> None:
-    ask, most = SHORT[name]
+def files_crossed(ask: Callable[[], object]) -> set[str]:
+    """Files of the package in which a function is called on the way, the second time it is gone."""
     ask()
     files, room = set(), f"{Path(po.__file__).parent}"
 
@@ -117,6 +116,19 @@ def test_an_answer_crosses_few_files(name: str) -> None:
         ask()
     finally:
         sys.setprofile(before)
+    return files
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_an_answer_crosses_few_files(name: str) -> None:
+    ask, most = SHORT[name]
+    files = files_crossed(ask)
+    assert 0 < len(files) <= most, sorted(files)
+
+
+@pytest.mark.parametrize(("ratio", "most"), [(0.05, 33), (1.0, 37)])
+def test_a_branch_crosses_no_more_files_than_it_needs(ratio: float, most: int) -> None:
+    files = files_crossed(lambda: po.trace(po.Rod.from_ratio(ratio)))
     assert 0 < len(files) <= most, sorted(files)
 
 

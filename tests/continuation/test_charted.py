@@ -145,8 +145,8 @@ def test_compiled_states_are_those_of_the_stack() -> None:
     start = seen.stack.prolonged(start, stack)
     given = np.column_stack([ratio, stack.scalars(start).A])
     kinds = ("ratio", "amplitude")
-    one = solve(stack, kinds, given, start, 0.0)
-    other = solve(compiled, kinds, given, stack.spread(start), 0.0)
+    one = solve(stack, kinds, given, start, sharp=True)
+    other = solve(compiled, kinds, given, stack.spread(start), sharp=True)
     assert one.converged.all()
     assert other.converged.all()
     for x, y in zip(one.x, other.x, strict=True):
