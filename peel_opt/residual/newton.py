@@ -159,7 +159,7 @@ def newton(
                 values = equations(x)
             else:
                 values, factorise = linearise(x)
-            if not float(values @ values) < math.inf:  # also where it is not a number
+            if not float(np.abs(values).max()) < math.inf:  # also where it is not a number
                 return Correction(x, False, iteration, np.inf, update)
             if not kept:
                 solve, drift = factorise(), 0.0
