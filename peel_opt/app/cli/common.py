@@ -120,7 +120,7 @@ def refuse_scene(subject: object, path: str | None) -> None:
     if isinstance(subject, Scene):
         raise InvalidInput(
             f"card {path!r} has a [scene], which this command does not cover.",
-            remedy="Ask about it with peel-opt run, pressure, length, solve or trace.",
+            remedy="Ask about it with peel-opt run, pressure, length, solve, trace or hysteresis.",
         )
 
 
