@@ -50,8 +50,9 @@ def hysteresis(
     """Sweep lambda at fixed beta0, or the pressure on a rod, up and back down.
 
     The loop is quasi-static and its bond reversible: every state is an equilibrium, and a rod that comes
-    back to the plate adheres with the same law.  A bond that stays broken, or a snap with inertia or
-    drag, is another question.
+    back to the plate adheres with the same law.  What the motion adds, `snap` tells: a rod may jump past the
+    folded state and come to lie flat upside down, from where it does not close at the minimum pressure; a
+    pressure that falls at a rate is seen to close late.  A bond that stays broken is another question.
 
     Parameters
     ----------

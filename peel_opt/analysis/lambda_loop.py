@@ -20,7 +20,7 @@ Convention = Literal["delay", "maxwell"]
 
 NOT_COMPUTED = (
     "A jump joins two equilibria at one lambda.  How the rod moves from one to the other"
-    " (inertia, the air under it, what it touches) is not computed."
+    " (inertia, the air under it, what it touches) is not computed here; `peel_opt.snap` follows a rod."
 )
 
 #: Extra pressure, label, error and row of a state.

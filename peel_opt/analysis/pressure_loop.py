@@ -28,11 +28,12 @@ if TYPE_CHECKING:
 POINTS = 240
 
 NOT_COMPUTED = (
-    "Not computed: the motion in a jump.  At p = T0 no detached equilibrium is near the straight rod;"
-    " the folded one with which the way back begins has its tip on the plate, and whether a rod"
-    " settles there is decided by inertia, the air and contact.  Above T0 the branch has no state,"
-    " below the minimum pressure neither: the rod closes, how fast is not known.  The unfolded states"
-    " between, which meet the folded ones at the minimum pressure, are not visited."
+    "Not computed here: the motion in a jump, which `peel_opt.snap` follows.  At p = T0 no detached"
+    " equilibrium is near the straight rod; the folded one with which the way back begins has its tip on"
+    " the plate.  For eta/y0 up to about 0.4 a snap just below T0 ends folded; from 0.5 on its tip lands,"
+    " and a rod that comes to lie flat upside down does not close at the minimum pressure.  Above T0 the"
+    " branch has no state, below the minimum pressure neither: the rod closes.  The unfolded states between,"
+    " which meet the folded ones at the minimum pressure, are not visited."
 )
 
 

@@ -34,7 +34,7 @@ DOWN = 1e-4
 NEAREST = 4
 
 NOT_COMPUTED = (
-    "Not computed: the motion in a jump, and whether the rod settles in the state it jumps to, which"
+    "Not computed here: the motion in a jump, and whether the rod settles in the state it jumps to, which"
     " stability tells for small motions only."
 )
 

@@ -17,7 +17,7 @@ from .run import Posture, Setting
 #: Degree of the polynomials, and points of the posture that is handed on.
 DEGREE, POINTS = 30, 1201
 
-#: Angle [rad] by which the tip is turned to begin with: what is not the growing motion is its square.
+#: Share of its angle, or of a radian, by which the tip is turned to begin with: the rest is its square.
 NUDGE = 1e-4
 
 #: Newton corrections of the state, and what is left of it.
@@ -47,7 +47,8 @@ def departure(setting: Setting, eq: Equilibrium) -> Departure:
     """
     flap, u = _again(setting, eq)
     growth, mode = _growing(flap, u)
-    u, z = u + NUDGE * mode, NUDGE * growth * mode
+    nudge = NUDGE * min(1.0, abs(float(u[0])))
+    u, z = u + nudge * mode, nudge * growth * mode
     sbar = float(u[flap.lengths].sum())
     s = 0.5 * sbar * (1.0 - np.cos(np.linspace(0.0, np.pi, POINTS)))
     theta, _, _, spin = along(flap, u, z)(s).T

@@ -41,9 +41,13 @@ FINE = 5e-4
 DEGREES = ((0.03, 5), (0.2, 9), (0.8, 15))
 
 
+#: Share of its greatest length from which a phase has the next degree.
+FULL = 0.9
+
+
 def degrees(lengths: np.ndarray, degree: int) -> tuple[int, ...]:
     """Return the degree of the polynomials of each phase, by its length."""
-    return tuple(min([degree, *(low for most, low in DEGREES if length <= most)]) for length in lengths)
+    return tuple(min([degree, *(low for most, low in DEGREES if length < FULL * most)]) for length in lengths)
 
 
 class Excess(NamedTuple):

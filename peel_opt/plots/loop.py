@@ -92,7 +92,7 @@ def pressure_panel(loop: PressureLoop) -> Panel:
     between = loop.between.pressure / pressure.size, loop.between.length / length.size
     title = (
         rf"$\eta/y_0 = {loop.rod.ratio:.4g}$; area {area_of(loop, units)} $T_0\,\eta$;"
-        " what happens in a jump is not computed"
+        " quasi-static, jumps are no motion"
     )
     return _panel(loop, between, (pressure, length), axes, "$p$", title)
 

@@ -35,6 +35,9 @@ SEEN = 0.02
 #: What a film is written by, by the suffix of its file.
 FILMS = (".gif", ".html", ".mp4")
 
+#: Height of a picture over its width below which heights are drawn larger than lengths.
+FLAT = 0.15
+
 #: Dots per inch of a film.
 DPI = 100.0
 
@@ -220,7 +223,8 @@ class _Stage:
         ax.axhline(0.0, color=style.PLATE, linewidth=4.0, zorder=0)
         if (y0 := motion.rod.adhesion_range / size) < top:
             ax.axhline(y0, color=style.RANGE, linewidth=0.9, linestyle=(0, (2.0, 2.0)), zorder=0)
-        ax.set(xlim=(left - 0.05 * self.right, self.right), ylim=(-0.06 * top, top), aspect="equal")
+        ax.set(xlim=(left - 0.05 * self.right, self.right), ylim=(-0.06 * top, top))
+        ax.set_aspect("equal" if top > FLAT * self.right else "auto")
         ax.set_xlabel(self.lengths.axis("x"))
         ax.set_ylabel(self.lengths.axis("y"))
 

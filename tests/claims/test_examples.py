@@ -12,6 +12,8 @@ from types import ModuleType
 
 import pytest
 
+import peel_opt
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
@@ -214,3 +216,16 @@ def test_pressure_chart_sweep(tmp_path: Path) -> None:
     assert chart["status"].tolist() == [["no-equilibrium", "certified"], ["no-equilibrium", "certified"]]
     assert chart["pressure"][:, 1] == pytest.approx([142148.524663, 151557.286544], rel=1e-8)
     assert (tmp_path / "chart.png").stat().st_size > 10_000
+
+
+def test_snap() -> None:
+    found = load("snap").main()
+    flap, beam = found["flap at 300 mmHg"], found["beam at 1 bar"]
+    assert flap.outcome == "folded"
+    fold = peel_opt.length_given_pressure(flap.rod, flap.pressure, state="folded")
+    assert flap.front[-1] == pytest.approx(fold.length, rel=1e-7)
+    assert 5e-3 < flap.event("angle").t < 20e-3
+    assert beam.outcome == "end of rod"
+    assert beam.front[-1] == pytest.approx(150e-6, rel=1e-9)
+    unfolded = peel_opt.length_given_pressure(beam.rod, beam.pressure)
+    assert beam.growth_rate == pytest.approx(peel_opt.growth_rate(unfolded, drag=1.3e5), rel=1e-6)
