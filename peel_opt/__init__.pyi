@@ -102,6 +102,8 @@ from .model.tips import Contact as Contact
 from .model.tips import TipLoad as TipLoad
 from .model.walls import Circle as Circle
 from .model.walls import Flat as Flat
+from .motion.history import History as History
+from .motion.history import history as history
 from .motion.rates import critical_drag as critical_drag
 from .motion.rates import growth_rate as growth_rate
 from .motion.snap import snap as snap

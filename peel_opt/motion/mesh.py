@@ -12,7 +12,7 @@ import numpy as np
 
 from .chain import Chain
 from .memory import Memory
-from .moments import AHEAD, BLOCK, Lift, Moment, Pacer, Pressure, Spent, begun, let_go, spent
+from .moments import AHEAD, BLOCK, LONGEST, Lift, Moment, Pacer, Pressure, Spent, begun, let_go, spent
 from .readings import Recorder, at_rest_in, spin_of, tail
 from .run import Posture, Setting, Told, Track, Until
 
@@ -69,13 +69,14 @@ def carried(
     *,
     turn: float,
     length: float = np.inf,
+    longest: float = LONGEST,
     told: Told | None = None,
 ) -> Carried:
     """Carry a rod on from a moment, under a pressure that may change."""
     kept = Recorder(chain)
     kept.add(at, pressure(at.t), Spent())
     kept.happened("start")
-    pacer = Pacer(turn)
+    pacer = Pacer(turn, longest)
     outcome, lift, lifts = "not settled", None, 0
     while outcome == "not settled" and at.t < until.time:
         before, at = at, pacer.taken(chain, at, lift.end if lift else until.time, pressure, lift)

@@ -183,9 +183,12 @@ class Pacer:
     ----------
     turn : float
         Largest angle [rad] that a link turns in a step.
+    longest : float
+        Longest step.
     """
 
     turn: float
+    longest: float = LONGEST
     dt: float = FIRST
     rate: np.ndarray | None = None
 
@@ -224,5 +227,5 @@ class Pacer:
             last[:known] = self.rate
         bend = float(np.abs(rate - last).max()) * dt if known else 0.0
         grows = min(GROWTH, self.turn / max(turned, TINY), math.sqrt(BENDS * self.turn / max(bend, TINY)))
-        self.rate, self.dt = rate, min(dt * grows, LONGEST)
+        self.rate, self.dt = rate, min(dt * grows, self.longest)
         return after

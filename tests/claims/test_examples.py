@@ -229,3 +229,11 @@ def test_snap() -> None:
     assert beam.front[-1] == pytest.approx(150e-6, rel=1e-9)
     unfolded = peel_opt.length_given_pressure(beam.rod, beam.pressure)
     assert beam.growth_rate == pytest.approx(peel_opt.growth_rate(unfolded, drag=1.3e5), rel=1e-6)
+
+
+def test_load_unload_reload() -> None:
+    found = load("load_unload_reload").main()
+    assert found["stops at"] == pytest.approx(5.25, abs=0.02)
+    assert found["stops at"] + 0.2 < found["after unloading"] < found["longest flap"]
+    assert found["after loading again"] == pytest.approx(found["longest flap"], abs=0.03)
+    assert found["heals below"] < 0.1218

@@ -1,0 +1,268 @@
+"""A rod under a pressure that changes: loaded, unloaded and loaded again, by a bond that heals or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.arrays import floats
+from ..base.checks import finite, positive
+from ..base.errors import InvalidInput, OutOfRange
+from ..base.records import Column, Table, write_table
+from ..base.threads import one_thread
+from ..equilibria.ask import length_given_pressure
+from ..equilibria.question import known_law
+from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.rod import Rod, Units, require_rod
+from .departure import stretched
+from .mesh import TURNS, carried, chain_of
+from .moments import LONGEST, begun
+from .rates import resistance
+from .run import Setting, Track, Until
+from .trajectory import BONDS, Happening, Ledger, TipPath
+
+#: Length over that of the unfolded state at the first pressure with which a history begins.
+OPENED = 1.01
+
+#: Least number of steps of a history.
+STEPS = 200
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class History:
+    """What a rod did under a pressure that changed, in the units of the rod.
+
+    Parameters
+    ----------
+    rod : Rod
+    law, bond : str
+        Name of the cohesive law, and what it does on the way back.
+    t, pressure, front : ndarray, shape (n,)
+        Times in ``time_unit``, p [Pa] and detached length [m]; with damage the furthest front reached.
+    tip : TipPath
+        Height [m], place [m] and angle [rad] of the tip, each (n,).
+    energy : Ledger
+        Energies per width [J/m], each (n,).
+    certificate : ndarray, shape (n,)
+        By how much the identity of the motion is missed at every step, over T0 eta.
+    events : tuple of Happening
+    outcome : str
+        "closes" where the rod lay down, "end of rod" where it ran out, "not settled" at its end.
+    error : float
+        Largest difference of the fronts of two meshes over eta, at the same times.
+    time_unit : str
+    flags : tuple of str
+        "damage close to T0": under damage the soft zone ahead of the front creeps; quote no length.
+    """
+
+    rod: Rod
+    law: str
+    bond: str
+    t: np.ndarray
+    pressure: np.ndarray
+    front: np.ndarray
+    tip: TipPath
+    energy: Ledger
+    certificate: np.ndarray
+    events: tuple[Happening, ...]
+    outcome: str
+    error: float
+    time_unit: str
+    flags: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def dissipated(self) -> np.ndarray:
+        """Energy per width [J/m] that drag and bond have taken since the start."""
+        taken: np.ndarray = self.energy.drag + self.energy.bond_loss - self.energy.bond_loss[0]
+        return taken
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write times, pressures, fronts, tips and energies as CSV.
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+        """
+        units = Units.of(self.rod)
+        energy = "T0 eta^2" if self.rod.dimensionless else "J/m"
+        columns = {
+            "t": Column(self.t, self.time_unit),
+            "pressure": Column(self.pressure, units.pressure),
+            "front": Column(self.front, units.length),
+            "tip height": Column(self.tip.y, units.length),
+            "tip angle": Column(self.tip.angle, "rad"),
+            "work": Column(self.energy.work, energy),
+            "drag": Column(self.energy.drag, energy),
+            "bond loss": Column(self.energy.bond_loss, energy),
+            "certificate": Column(self.certificate),
+        }
+        notes = [("law", self.law), ("bond", self.bond), ("outcome", self.outcome), ("error", self.error)]
+        return write_table(Table(notes, columns), path)
+
+    def __repr__(self) -> str:
+        units = Units.of(self.rod)
+        flags = f", flags: {', '.join(self.flags)}" if self.flags else ""
+        last = f"sbar = {self.front[-1]:.6g} {units.length} at p = {self.pressure[-1]:.6g} {units.pressure}"
+        steps = f"{len(self)} steps, error {self.error:.1e}"
+        return f"History({self.bond} bond: {self.outcome}, {last}; {steps}{flags})"
+
+
+#: p/T0 above which damage creeps ahead of the front.
+CREEPS = 0.95
+
+
+@one_thread
+def history(
+    rod: Rod,
+    *,
+    pressure: Callable[[float], float] | tuple[Sequence[float], Sequence[float]],
+    duration: float | None = None,
+    bond: str = "reversible",
+    law: str | CohesiveLaw = "auto",
+    drag: float | None = None,
+    rod_length: float | None = None,
+) -> History:
+    """Follow a rod without mass while its pressure changes.
+
+    It begins 1 % longer than the unfolded state at the first pressure, and so with a snap.  A history is
+    quasi-static where the pressure changes slowly beside c eta/T0: halve its rate to see.  A fold in pressure
+    is passed with a delay of about the rate to the power 2/3.
+
+    Parameters
+    ----------
+    rod : Rod
+    pressure : callable or (times, pressures)
+        p [Pa] as a function of time, or points that are joined by straight lines.  Below T0 throughout.
+    duration : float, optional
+        In the unit of time; needed with a function.
+    bond : {"reversible", "damage", "no_rebond"}
+    law : str or CohesiveLaw
+        As in `length_given_pressure`.
+    drag : float, optional
+        Force per area and speed [Pa s/m].  Without it times are in c eta/T0.
+    rod_length : float, optional
+        Of the whole rod [m]; long enough if not given.
+
+    Returns
+    -------
+    History
+
+    Raises
+    ------
+    InvalidInput
+        If the pressures cannot be meant.
+    OutOfRange
+        If the pressure reaches T0 or falls below zero.
+    NoEquilibrium
+        If the first pressure holds no unfolded state.
+    NotConverged
+        If the motion could not be carried on.
+
+    Examples
+    --------
+    >>> loop = history(Rod.from_ratio(1.0), pressure=([0, 60, 200], [0.5, 0.5, 0.3]), bond="damage")
+    >>> loop.outcome, round(float(loop.front[-1]), 1)
+    ('not settled', 5.3)
+    """
+    rod = require_rod(rod)
+    if bond not in BONDS:
+        raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
+    _, c = resistance(rod, 0.0, drag)
+    unit = c * rod.eta / rod.adhesion_strength
+    load, end = _ramp(rod, pressure, duration, unit)
+    start = length_given_pressure(rod, load(0.0) * rod.adhesion_strength, law=law)
+    longest = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length))
+    setting = Setting(rod.ratio, known_law(law) or COHESIVE, load(0.0), 0.0, 1.0, bond, longest)
+    posture = stretched(start, OPENED * start.length_ratio)
+    until = Until(end, contact=False, arrest=False)
+    runs = []
+    for resolution, turn in enumerate(TURNS):
+        chain = chain_of(setting, resolution)
+        at, step = begun(chain, posture, longest), min(LONGEST, end / STEPS)
+        runs.append(carried(chain, at, load, until, turn=turn, length=longest, longest=step).track)
+    return _in_units(rod, setting, load, runs, unit, drag)
+
+
+def _ramp(
+    rod: Rod, pressure: object, duration: float | None, unit: float
+) -> tuple[Callable[[float], float], float]:
+    """Return p/T0 as a function of time over its unit, and when the history ends."""
+    T0 = rod.adhesion_strength
+    if callable(pressure):
+        if duration is None:
+            raise InvalidInput("a pressure that is a function of time needs a duration.")
+        end, given = positive("duration", duration) / unit, pressure
+
+        def load(t: float) -> float:
+            return finite("pressure", given(t * unit)) / T0
+
+        values = np.array([load(t) for t in np.linspace(0.0, end, STEPS + 1)])
+    else:
+        if not isinstance(pressure, Sequence) or len(pressure) != 2 or duration is not None:
+            raise InvalidInput("pressure must be a function with a duration, or (times, pressures).")
+        times, pressures = (floats(name, v) for name, v in zip(("times", "pressures"), pressure, strict=True))
+        if (
+            times.shape != pressures.shape
+            or len(times) < 2
+            or times[0] != 0.0
+            or np.any(np.diff(times) <= 0.0)
+        ):
+            raise InvalidInput("times of a history must begin at 0 and increase, with a pressure for each.")
+        end, values = float(times[-1]) / unit, pressures / T0
+
+        def load(t: float) -> float:
+            return float(np.interp(t * unit, times, pressures)) / T0
+
+    if values.min() < 0.0 or values.max() >= 1.0:
+        raise OutOfRange(
+            f"the pressures of a history lie between 0 and T0, got p/T0 from {values.min():.4g} to"
+            f" {values.max():.4g}: from T0 on the bond fails everywhere at once."
+        )
+    return load, end
+
+
+def _in_units(
+    rod: Rod,
+    setting: Setting,
+    load: Callable[[float], float],
+    runs: list[Track],
+    unit: float,
+    drag: float | None,
+) -> History:
+    """Return the finer of two runs as a result, with what they differ by."""
+    coarse, fine = runs
+    shared = fine.t[fine.t <= coarse.t[-1]]
+    error = float(np.abs(np.interp(shared, coarse.t, coarse.front) - fine.front[: len(shared)]).max())
+    eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
+    P = np.array([load(t) for t in fine.t])
+    creeps = setting.bond == "damage" and float(P.max()) > CREEPS
+    own = "c eta/T0" if drag is None else "tau" if rod.dimensionless else "s"
+    return History(
+        rod,
+        setting.law.name,
+        setting.bond,
+        t=fine.t * unit,
+        pressure=P * rod.adhesion_strength,
+        front=fine.front * eta,
+        tip=TipPath(fine.tip.y * eta, fine.tip.x * eta, fine.tip.angle),
+        energy=Ledger(*(part * energy for part in fine.energy)),
+        certificate=fine.identity,
+        events=tuple(
+            Happening(e.kind, e.t * unit, e.front * eta, e.y * eta, e.x * eta, e.angle) for e in fine.events
+        ),
+        outcome=fine.outcome,
+        error=error,
+        time_unit=own,
+        flags=("damage close to T0",) if creeps else (),
+    )

@@ -1,0 +1,99 @@
+"""Rods under pressures that change: what a bond that does not heal does to a loop of loading."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import peel_opt as po
+
+ROD = po.Rod.from_ratio(1.0)
+
+#: A snap at 0.5, unloading to 0.06, a rest, and loading again to 0.8.
+TIMES, PRESSURES = [0.0, 60.0, 420.0, 520.0, 900.0], [0.5, 0.5, 0.06, 0.06, 0.8]
+
+
+@pytest.fixture(scope="module")
+def damaged() -> po.History:
+    return po.history(ROD, pressure=(TIMES, PRESSURES), bond="damage")
+
+
+def front_at(run: po.History, pressure: float, *, reload: bool = False) -> float:
+    part = run.t > TIMES[3] if reload else (run.t > TIMES[1]) & (run.t < TIMES[2])
+    return float(run.front[part][np.argmin(np.abs(run.pressure[part] - pressure))])
+
+
+def test_a_flap_grows_on_unloading_to_the_largest_and_no_further(damaged: po.History) -> None:
+    largest = po.largest_flap(ROD)
+    stopped = front_at(damaged, 0.45)
+    # Frozen until the flap that the pressure can grow is as long as it is: 5.25 at p/T0 = 0.23.
+    assert stopped == pytest.approx(5.25, abs=0.02)
+    assert po.grown_flap(ROD, 0.26).length < stopped < po.grown_flap(ROD, 0.21).length
+    assert front_at(damaged, 0.28) == pytest.approx(stopped, abs=5e-3)
+    # From there on it goes after the growing flap, behind it by what the rate leaves.
+    assert stopped + 0.05 < front_at(damaged, 0.17) < po.grown_flap(ROD, 0.17).length
+    # What the rate has left of the largest flap it gains on the way back, and no more.
+    assert stopped + 0.2 < front_at(damaged, 0.06, reload=True) < largest.length
+    assert front_at(damaged, 0.25, reload=True) == pytest.approx(largest.length, abs=0.03)
+    assert front_at(damaged, 0.79, reload=True) == pytest.approx(largest.length, abs=0.03)
+    assert damaged.outcome == "not settled"
+    assert not damaged.flags
+
+
+def test_the_ledger_closes_and_every_step_has_its_identity(damaged: po.History) -> None:
+    assert np.abs(damaged.energy.defect).max() < 5e-3
+    assert np.median(np.abs(damaged.certificate)) < 1e-3
+    assert damaged.error < 0.05
+    assert np.all(np.diff(damaged.dissipated) > -1e-12)
+    # What the bond took: T0 y0/2 a length that is fully open, less near the front.
+    assert 0.5 * (damaged.front[-1] - 2.0) < damaged.energy.bond_loss[-1] < 0.5 * damaged.front[-1]
+
+
+def test_a_bond_that_heals_lies_down_below_the_least_pressure() -> None:
+    run = po.history(ROD, pressure=(TIMES[:4], PRESSURES[:4]))
+    assert run.outcome == "closes"
+    least = po.readhesion_pressure(ROD).pressure
+    assert run.pressure[-1] < least  # after a delay that goes with the rate
+    folded = po.length_given_pressure(ROD, 0.3, state="folded").length
+    assert front_at(run, 0.3) == pytest.approx(folded, abs=0.1)
+    assert run.energy.bond_loss.max() == 0.0
+
+
+def falling(t: float, per: float) -> float:
+    return 60e3 * (1.0 - 0.001 * t / per)
+
+
+def test_units_functions_and_files(tmp_path: Path) -> None:
+    rod = po.Rod(2.2867e-5, 140096.0, 0.728e-3)
+    seconds = 2e4 * rod.eta / rod.adhesion_strength
+    falls = partial(falling, per=seconds)
+    slow = po.history(rod, pressure=falls, duration=30 * seconds, drag=2e4)
+    alone = po.history(
+        po.Rod.from_ratio(rod.ratio), pressure=([0.0, 30.0], [60e3 / 140096.0, 0.97 * 60e3 / 140096.0])
+    )
+    assert slow.time_unit == "s"
+    assert slow.front[-1] == pytest.approx(alone.front[-1] * rod.eta, rel=1e-6)
+    assert slow.energy.work[-1] == pytest.approx(alone.energy.work[-1] * 140096.0 * rod.eta**2, rel=1e-5)
+    text = slow.to_csv(tmp_path / "history.csv").read_text()
+    assert "pressure [Pa]" in text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind"),
+    [
+        ({"pressure": ([0, 1], [0.5, 1.0])}, po.OutOfRange),
+        ({"pressure": ([0, 1], [0.5, -0.1])}, po.OutOfRange),
+        ({"pressure": ([1, 2], [0.5, 0.4])}, po.InvalidInput),
+        ({"pressure": ([0, 2, 2], [0.5, 0.4, 0.3])}, po.InvalidInput),
+        ({"pressure": 0.5}, po.InvalidInput),
+        ({"pressure": lambda t: 0.5}, po.InvalidInput),
+        ({"pressure": ([0, 1], [0.5, 0.4]), "bond": "glue"}, po.InvalidInput),
+        ({"pressure": ([0, 1], [0.05, 0.06])}, po.NoEquilibrium),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(wrong: dict, kind: type[Exception]) -> None:
+    with pytest.raises(kind):
+        po.history(ROD, **wrong)
