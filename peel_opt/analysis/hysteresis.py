@@ -52,7 +52,7 @@ def hysteresis(
     The loop is quasi-static and its bond reversible: every state is an equilibrium, and a rod that comes
     back to the plate adheres with the same law.  What the motion adds, `snap` tells: a rod may jump past the
     folded state and come to lie flat upside down, from where it does not close at the minimum pressure; a
-    pressure that falls at a rate is seen to close late.  A bond that stays broken is another question.
+    pressure that falls at a rate is seen to close late.  `history` has bonds that stay broken.
 
     Parameters
     ----------
