@@ -7,7 +7,7 @@ is.  The curve leaves the primary branch at the minimum pressure, where a flap c
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from ..base.errors import NoEquilibrium
@@ -40,7 +40,7 @@ class UnhealedFamily(Family):
     def phases_of(self, profile: Profile) -> Layout:
         """Read the phases off the heights between the front and where they first leave the law's range."""
         where = {before: xi for xi, _, before in kink_crossings(self.law, profile)}
-        pieces = self.law.pieces
+        pieces = tuple(replace(piece, for_good=piece.lets_go) for piece in self.law.pieces)
         order = range(len(pieces) - 1, -1, -1)
         # Of several passages of a kink, the one nearest to the front counts: the rod beyond has been open.
         breaks = tuple(where[i] for i in order if i < len(pieces) - 1 and i in where)
@@ -110,8 +110,10 @@ class UnhealedBranch:
                 f" the minimum pressure p/T0 = {P:.4g}: how far a flap goes depends on how it was damaged.",
                 remedy="Follow its motion, or ask for a rod of larger eta/y0.",
             )
+        # From here on what is open stays open: the same equations, of pieces that say so.
+        problem = own.transcription.discretise(self.family.phases_of(first.profile).phases)
         for point in self.family.walk(
-            self.family.point(first.problem, first.x, first.direction, 0.0, first.iterations)
+            self.family.point(problem, first.x, first.direction, 0.0, first.iterations)
         ):
             if self.points and self.fold is None:
                 found = locate(self.family, (self.points[-1], point), (LENGTH,))

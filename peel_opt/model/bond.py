@@ -56,13 +56,15 @@ class Piece:
     """One smooth stretch of a law, ``start`` <= u <= ``stop``; smooth also beyond both.
 
     ``lost`` is the integral of the drop from 0 to its beginning.  It is None where the tip is held
-    to the plate, and the mean drop up to the tip says nothing about the pressure.
+    to the plate, and the mean drop up to the tip says nothing about the pressure.  What has been
+    opened ``for_good`` stays on its piece however low it comes down: the bond does not heal.
     """
 
     start: float
     stop: float
     drop: Shape
     lost: float | None = 0.0
+    for_good: bool = False
 
     @property
     def is_first(self) -> bool:

@@ -17,7 +17,7 @@ class Stretch(Piece):
     @classmethod
     def of(cls, piece: Piece, past: frozenset[str]) -> Self:
         """Return a piece past some points."""
-        return cls(piece.start, piece.stop, piece.drop, piece.lost, past)
+        return cls(piece.start, piece.stop, piece.drop, piece.lost, past=past)
 
 
 def past_of(piece: Piece) -> frozenset[str]:

@@ -83,14 +83,13 @@ def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float,
     """|p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero.
 
     ``tip_height`` is y/sbar.  At beta0 = 0, where there is no T0, the identity of the linear
-    law alpha1 = -beta1 y_tip / 2 is divided by beta1 instead.  A bond that has let go and does not heal
-    has taken all of its work, however low the tip has come down since.
+    law alpha1 = -beta1 y_tip / 2 is divided by beta1 instead.  A bond that has let go for good has
+    taken all of its work, however low the tip has come down since.
     """
     if scalars.beta0 == 0.0:
         return float(abs(scalars.alpha1 / scalars.beta1 + 0.5 * tip_height))
     u = tip_height * scalars.beta1 / scalars.beta0
-    stays_open = tip.lost is not None and tip.lets_go and u < tip.start
-    drop = 1.0 - tip.work_done / u if stays_open else law.mean_drop(u)
+    drop = 1.0 - tip.work_done / u if tip.for_good else law.mean_drop(u)
     return float(abs(scalars.alpha1 / scalars.beta0 + drop))
 
 

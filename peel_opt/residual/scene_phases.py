@@ -49,4 +49,4 @@ def _stretch(pieces: tuple[Piece, ...], index: int, past: frozenset[str], *, bon
     """Return a piece of the law past some points; where nothing was glued, one without limits."""
     if bonded:
         return Stretch.of(pieces[index], past)
-    return Stretch(-math.inf, math.inf, pieces[0].drop, pieces[0].lost, past)
+    return Stretch(-math.inf, math.inf, pieces[0].drop, pieces[0].lost, past=past)
