@@ -359,3 +359,109 @@ def test_wrong_links_and_numbers_leave_the_page_alive(browser: Any, server_url: 
     assert browser.execute_script("return window.hacked") is None
     assert foreign(browser) == []
     assert not complaints(browser)
+
+
+#: Sizes of windows: a phone, a tablet, a laptop, a projector [pixels].
+WINDOWS = ((390, 844), (768, 1024), (1280, 800), (1920, 1080))
+
+#: Boxes of all that can be seen, shadow trees included, by a selector.
+BOXES = """
+const found = []
+const search = (root) => root.querySelectorAll("*").forEach((element) => {
+    if (element.matches(arguments[0]) && element.checkVisibility()) {
+        const {x, y, width, height} = element.getBoundingClientRect()
+        if (width) found.push([x, y, width, height])
+    }
+    if (element.shadowRoot) search(element.shadowRoot)
+})
+search(document)
+return found
+"""
+
+
+@pytest.fixture
+def window(browser: Any, tmp_path: Path) -> Iterator[Callable[[int, int], None]]:
+    """What sets the size of the window, as long as a test needs it."""
+
+    def size(width: int, height: int) -> None:
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+
+    yield size
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def portrait(browser: Any, window: Callable[[int, int], None], width: int, path: Path) -> None:
+    """Save the whole page, however long."""
+    window(width, browser.execute_script("return document.documentElement.scrollHeight"))
+    wait(lambda: browser.execute_script("return Bokeh.documents[0].is_idle"))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(browser.get_screenshot_as_png())
+
+
+def pictures_of_tests(tmp_path: Path) -> Path:
+    """Where pictures are kept for those who look at them."""
+    return Path(os.environ.get("PEEL_OPT_PICTURES") or tmp_path)
+
+
+@pytest.mark.parametrize(("width", "height"), WINDOWS)
+def test_the_page_fits_from_a_phone_to_a_projector(
+    browser: Any,
+    server_url: str,
+    window: Callable[[int, int], None],
+    width: int,
+    height: int,
+    tmp_path: Path,
+) -> None:
+    window(width, height)
+    open_page(browser, server_url)
+    figures = wait(lambda: browser.execute_script(BOXES, ".bk-Figure"))
+    inner, room, needed = browser.execute_script(
+        "const page = document.documentElement; return [innerWidth, page.clientWidth, page.scrollWidth]"
+    )
+    assert inner == width
+    assert needed == room  # nothing to scroll sideways
+    assert len(figures) == 4
+    # Columns of panels: one on a phone, two elsewhere.  All of each can be seen.
+    assert len({round(x) for x, *_ in figures}) == (1 if width < 700 else 2)
+    assert all(x >= 0 and x + wide <= width for x, _, wide, _ in figures)
+    controls = browser.execute_script(BOXES, ".bk-btn, .bk-input")
+    right, bottom = (max(box[k] + box[k + 2] for box in controls) for k in (0, 1))
+    if width < 1100:
+        assert bottom <= min(y for _, y, *_ in figures)
+        assert min(high for *_, high in controls) >= 40
+        handles = browser.execute_script(BOXES, ".noUi-handle")
+        assert len(handles) == 2
+        assert min(min(wide, high) for *_, wide, high in handles) >= 40
+    else:
+        assert right <= min(x for x, *_ in figures)
+    # Frames are not covered by a legend, and keep the proportions that the rod is drawn for.
+    code = """
+    const view = (each) => Bokeh.index.find_one_by_id(each.id)
+    return ["rod", "diagram", "potential", "loop"].map((name) => {
+        const figure = model(name), {frame} = view(figure)
+        const legend = figure.above.find((each) => each.type == "Legend")
+        const {bottom, width} = view(figure).views.find_one(legend).el.getBoundingClientRect()
+        const box = view(figure).el.getBoundingClientRect()
+        return [frame.bbox.width / frame.bbox.height, box.top + frame.bbox.top - bottom, box.width - width]
+    })
+    """
+    for ratio, above, beside in js(browser, code):
+        assert ratio == pytest.approx(398 / 234, rel=0.01)
+        assert above >= 0
+        assert beside >= 0
+    portrait(browser, window, width, pictures_of_tests(tmp_path) / f"explorer_{width}.png")
+    assert not complaints(browser)
+
+
+def test_panels_follow_the_window(browser: Any, server_url: str, window: Callable[[int, int], None]) -> None:
+    window(1280, 800)
+    open_page(browser, server_url)
+    width = "return model('rod').inner_width"
+    before = js(browser, width)
+    window(1920, 1080)
+    wait(lambda: js(browser, width) > 1.3 * before)
+    window(390, 844)
+    wait(lambda: js(browser, width) < 0.85 * before)
+    assert browser.execute_script("return document.documentElement.scrollWidth") == 390
+    assert not complaints(browser)

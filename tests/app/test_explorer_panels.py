@@ -93,5 +93,5 @@ def test_all_four_panels_show_the_state_of_a_scene() -> None:
     for picture in (panels.diagram, panels.loop):
         assert (picture.here.data["x"][0], picture.here.data["y"][0]) == (eq.lam, eq.alpha1)
     assert panels.potential.here.data["x"] == [eq.alpha1]
-    assert panels.diagram.figure.title.text.startswith("Bifurcation diagram, stability at fixed s̄")
-    assert panels.loop.figure.title.text.startswith("Hysteresis loop, delay, area 0.62")
+    assert panels.diagram.figure.title.text.startswith("Bifurcation diagram\nstability at fixed s̄")
+    assert panels.loop.figure.title.text.startswith("Hysteresis loop\ndelay, area 0.62")

@@ -77,7 +77,7 @@ class Number:
             value=0.5,
             step=0.01,
             title=title,
-            width=look.SIDE - 128,
+            sizing_mode="stretch_width",
             name=f"slider-{name}",
             stylesheets=_style(),
             **options,
@@ -88,7 +88,7 @@ class Number:
             name=f"field-{name}",
             stylesheets=[InlineStyleSheet(css=look.WIDGETS + "label { position: absolute; left: -9999px; }")],
         )
-        self.box = Row(self.slider, self.field, spacing=6)
+        self.box = Row(self.slider, self.field, spacing=6, sizing_mode="stretch_width")
 
     def read(self) -> float:
         """The number the slider shows, in its own unit."""
@@ -139,11 +139,11 @@ class Controls:
         boxes: dict[str, Column] = {}
         for field, labels in WORDS.items():
             group = RadioButtonGroup(
-                labels=list(labels), active=0, width=look.SIDE - 8, name=field, stylesheets=_style()
+                labels=list(labels), active=0, sizing_mode="stretch_width", name=field, stylesheets=_style()
             )
             group.on_change("active", self._chosen(field, on_choice))
             self.groups[field] = group
-            boxes[field] = Column(_heading(TITLES[field]), group, spacing=0)
+            boxes[field] = Column(_heading(TITLES[field]), group, spacing=0, sizing_mode="stretch_width")
         self.numbers = {
             "beta0": Number("beta0", "β₀ = (s̄/η)³"),
             "lam": Number("lam", "λ = β₁ − π⁴"),
@@ -157,7 +157,11 @@ class Controls:
             number.field.on_change("value", self._typed(field, on_text))
         self.texts = {
             name: TextInput(
-                title=f"{title} [{unit}]", width=80, margin=5, name=f"field-{name}", stylesheets=_style()
+                title=f"{title} [{unit}]",
+                sizing_mode="stretch_width",
+                margin=5,
+                name=f"field-{name}",
+                stylesheets=_style(),
             )
             for (name, title), unit in zip(
                 {"k": "k", "T0": "T₀", "y0": "y₀"}.items(), ("N m", "Pa", "m"), strict=True
@@ -165,35 +169,38 @@ class Controls:
         }
         for field, text in self.texts.items():
             text.on_change("value", self._typed(field, on_text))
-        self.rod_box = Row(*self.texts.values(), spacing=0)
+        self.rod_box = Row(*self.texts.values(), spacing=0, sizing_mode="stretch_width")
         self.label = Select(
             title="State",
             options=[(value, value) for value in CHOICES["label"]],
             value="unfolded",
-            width=120,
+            sizing_mode="stretch_width",
             name="label",
             stylesheets=_style(),
         )
         self.label.on_change("value", self._picked(on_choice))
         self.play = Toggle(
             label="▶ Play sweep",
-            width=look.SIDE - 142,
-            height=28,
+            sizing_mode="stretch_width",
             name="play",
             stylesheets=_style(),
-            margin=(22, 0, 0, 4),
+            align="end",
         )
         self.buttons = {
             name: Button(
-                label=label, width=width, name=f"save-{name}", stylesheets=_style(), margin=(0, 2, 0, 3)
+                label=label,
+                sizing_mode="stretch_width",
+                name=f"save-{name}",
+                stylesheets=_style(),
+                margin=(0, 2, 0, 3),
             )
-            for name, label, width in (
-                ("png", "PNG", 48),
-                ("svg", "SVG", 48),
-                ("csv", "CSV", 48),
-                ("card", "card", 48),
-                ("link", "link", 48),
-            )
+            for name, label in {
+                "png": "PNG",
+                "svg": "SVG",
+                "csv": "CSV",
+                "card": "card",
+                "link": "link",
+            }.items()
         }
         self.spoken_sliders = {number.slider: number.field for number in self.numbers.values()}
         self.spoken_groups = {group: TITLES[field] for field, group in self.groups.items()}
@@ -201,7 +208,7 @@ class Controls:
         self.nearest = Button(
             label="Go to the nearest state",
             button_type="warning",
-            width=look.SIDE - 8,
+            sizing_mode="stretch_width",
             visible=False,
             name="nearest",
             stylesheets=_style(),
@@ -212,11 +219,16 @@ class Controls:
             self.rod_box,
             *(number.box for number in self.numbers.values()),
             self.nearest,
-            Row(self.label, self.play, spacing=6),
+            Row(self.label, self.play, spacing=6, sizing_mode="stretch_width"),
             boxes["law"],
             boxes["convention"],
             boxes["accuracy"],
-            Column(_heading("Take away"), Row(*self.buttons.values(), spacing=0), spacing=0),
+            Column(
+                _heading("Take away"),
+                Row(*self.buttons.values(), spacing=0, sizing_mode="stretch_width"),
+                spacing=0,
+                sizing_mode="stretch_width",
+            ),
             width=look.SIDE,
             spacing=5,
         )

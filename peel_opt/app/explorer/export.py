@@ -17,6 +17,7 @@ from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium
 from ...base.files import atomic_write
 from ...base.progress import progress
 from ...base.units import display
+from . import look
 from .precomputed import Relative, places, relatives, solved, with_own
 from .state import State
 
@@ -33,7 +34,9 @@ POLICY = (
 )
 
 TEMPLATE = (
-    '{% block preamble %}<meta http-equiv="Content-Security-Policy" content="' + POLICY + '">{% endblock %}'
+    '{% block preamble %}<meta http-equiv="Content-Security-Policy" content="'
+    + POLICY
+    + f'">{look.VIEWPORT}{{% endblock %}}'
 )
 
 _COUNTED = re.compile(r'"id":"(p\d+)"')

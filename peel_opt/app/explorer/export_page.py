@@ -24,6 +24,7 @@ from bokeh.models import (
 
 from . import look
 from .downloads import picture
+from .fit import fit
 from .panels import FourPanels, Updates, apply
 from .screen import Screen
 from .spoken import spoken
@@ -147,8 +148,8 @@ def _pooled(values: list[Any]) -> tuple[Any, list[int]]:
 def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
     """Return the page of some choices; ``choice`` names what the buttons choose, the caption is markup."""
     panels, pictures = FourPanels(), Pictures()
-    said = text_box("notes", "status", panels.width)
-    trust = text_box("trust", "status", look.SIDE - 8)
+    said = text_box("notes", "status")
+    trust = text_box("trust", "status")
 
     def updates(scene: Screen) -> Updates:
         return [*panels.updates(scene), (said, {"text": notes(scene, ())}), (trust, {"text": _trust(scene)})]
@@ -175,7 +176,7 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
         step=1,
         title="place along the branch",
         name="place",
-        width=look.SIDE - 24,
+        sizing_mode="stretch_width",
         stylesheets=[style],
     )
     buttons = RadioButtonGroup(
@@ -183,7 +184,7 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
         active=problem,
         name="choice",
         orientation="horizontal" if sum(len(chosen.name) for chosen in shown) < 24 else "vertical",
-        width=look.SIDE - 8,
+        sizing_mode="stretch_width",
         stylesheets=[style],
     )
     play = Toggle(label="▶ Play", name="play", width=90, stylesheets=[style])
@@ -201,11 +202,18 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
     ):
         widget.js_on_change(changed, CustomJS(args=shared, code=code), tell)
     panels.diagram.figure.js_on_event("tap", CustomJS(args=shared, code=_TAPPED))
-    side = (_text(choice), buttons, slider, Row(play, *saves, spacing=4), trust, _text(caption))
+    controls = Column(
+        Column(_text(choice), buttons, spacing=0, sizing_mode="stretch_width"),
+        slider,
+        Row(play, *saves, spacing=4),
+        width=look.SIDE,
+        spacing=8,
+    )
+    below = Column(trust, _text(caption), spacing=8, stylesheets=[InlineStyleSheet(css=look.TRUST)])
     doc = Document()
-    doc.js_on_event("document_ready", tell)
+    doc.js_on_event("document_ready", tell, fit(panels.pictures))
     doc.title = f"peel_opt: {first.state.words}"
-    doc.add_root(panels.page(Column(*side, width=look.SIDE, spacing=8), said))
+    doc.add_root(panels.page(controls, below, said))
     doc.add_root(player)
     return doc
 
@@ -223,6 +231,6 @@ def _trust(scene: Screen) -> str:
 def _text(markup: str) -> Div:
     return Div(
         text=markup,
-        width=look.SIDE - 12,
+        sizing_mode="stretch_width",
         styles={"font-size": "12px", "color": look.FAINT, "line-height": "1.35"},
     )

@@ -12,14 +12,16 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
+from bokeh.core.templates import get_env
 from bokeh.document import Document
-from bokeh.models import Column
+from bokeh.models import InlineStyleSheet
 
 from ...base.errors import PeelOptError
 from . import look, moves
 from .controls import Controls
 from .curves import Curve
 from .downloads import address, outbox, picture
+from .fit import fit
 from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
@@ -74,8 +76,9 @@ class Page:
         self._frame = 0
         self.controls = Controls(self._choice, self._slider, self._text)
         self.panels = FourPanels()
-        self.notes = text_box("notes", "alert", self.panels.width)
-        self.costs = text_box("costs", "status", look.SIDE - 8)
+        self.notes = text_box("notes", "alert")
+        self.costs = text_box("costs", "status")
+        self.costs.stylesheets = [InlineStyleSheet(css=look.TRUST)]
         self.outbox, self.address = outbox(), address()
         self.pace = Pace(self._caught_up)
         self._assemble()
@@ -92,10 +95,12 @@ class Page:
         self.controls.nearest.on_click(self._to_nearest)
         self.controls.play.on_change("active", self._play)
         self.panels.diagram.figure.on_event("tap", self._tapped)
-        root = self.panels.page(Column(self.controls.box, self.costs, spacing=6), self.notes)
+        root = self.panels.page(self.controls.box, self.costs, self.notes)
         self.doc.title = "peel_opt explorer"
+        block = f"{{% extends base %}}{{% block preamble %}}{look.VIEWPORT}{{% endblock %}}"
+        self.doc.template = get_env().from_string(block)
         tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
-        self.doc.js_on_event("document_ready", tell)
+        self.doc.js_on_event("document_ready", tell, fit(self.panels.pictures))
         self.pace.pulse.js_on_change("data", tell)  # after each picture
         with self.doc.models.freeze():  # one look through all models, not one for each root
             for model in (root, self.outbox, self.address, self.pace.pulse):

@@ -16,14 +16,13 @@ from bokeh.models import (
     Column,
     ColumnDataSource,
     GlobalInlineStyleSheet,
-    GridBox,
     HoverTool,
+    InlineStyleSheet,
     Label,
     Legend,
     LegendItem,
     Model,
     Range1d,
-    Row,
     Span,
 )
 from bokeh.plotting import figure
@@ -79,7 +78,8 @@ class Picture:
             self.ground, self.plate = self._lay()
         self._add_lines()
         self._add_arrows()
-        self.figure.add_layout(_legend(list(self.items.values())), "above")
+        self.legend = _legend(list(self.items.values()))
+        self.figure.add_layout(self.legend, "above")
         self._add_marks()
         self.absent = Label(
             x=0.5 * look.FRAME_WIDTH,
@@ -90,7 +90,7 @@ class Picture:
             text_align="center",
             text_baseline="middle",
             text_color=look.FAINT,
-            text_font_size="14px",
+            text_font_size="13px",
         )
         self.figure.add_layout(self.absent)
 
@@ -209,7 +209,7 @@ class Picture:
         fig, lines, arrows = self.figure, panel.lines if panel else (), panel.arrows if panel else ()
         here = panel.here if panel else None
         found: Updates = [
-            (fig.title, {"text": heading}),
+            (fig.title, {"text": _in_two_lines(heading)}),
             (fig.xaxis[0], {"axis_label": plain(panel.x.label) if panel else ""}),
             (fig.yaxis[0], {"axis_label": plain(panel.y.label) if panel else ""}),
             (self.absent, {"text": "" if panel else wrapped(absent)}),
@@ -280,33 +280,44 @@ class FourPanels:
         # Short labels, so that the frame stays in line with those above it.
         self.potential.figure.yaxis.formatter = BasicTickFormatter(power_limit_high=4, precision=1)
         self.loop = Picture("loop", ("between", "down", "up"))
-        self.width = 2 * (look.FRAME_WIDTH + look.LEFT)
-        self.headline = text_box("headline", "status", self.width)
-        self.headline.height = 42  # so that the panels stay where they are
-        self.grid = GridBox(
-            children=[(fig, i // 2, i % 2) for i, fig in enumerate(self.named.values())],
+        self.headline = text_box("headline", "status")
+        self.headline.styles = {**self.headline.styles, "min-height": "42px"}  # panels stay where they are
+        self.grid = Column(
+            *self.named.values(),
             name="panels",
             styles={"background": look.PAPER},  # of the saved picture too
+            stylesheets=[InlineStyleSheet(css=look.PANELS)],
         )
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """The panels in reading order."""
+        return self.rod, self.diagram, self.potential, self.loop
 
     @property
     def named(self) -> dict[str, Any]:
         """The figures by what they show, in reading order."""
-        return {
-            "shape of the rod": self.rod.figure,
-            "bifurcation diagram": self.diagram.figure,
-            "effective potential": self.potential.figure,
-            "hysteresis loop": self.loop.figure,
-        }
+        names = ("shape of the rod", "bifurcation diagram", "effective potential", "hysteresis loop")
+        return {name: picture.figure for name, picture in zip(names, self.pictures, strict=True)}
 
-    def page(self, side: Column, notes: Model) -> Row:
-        """Return the whole page: what stands beside the panels, and what is said below them."""
-        return Row(
-            side,
-            Column(self.headline, self.grid, notes, spacing=0),
-            spacing=6,
-            margin=4,
-            stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL)],
+    def page(self, controls: Column, trust: Model, notes: Model) -> Column:
+        """Return the whole page: controls, panels with what is said below them, how far to trust them."""
+        controls.stylesheets = [InlineStyleSheet(css=look.CONTROLS)]
+        main = Column(
+            self.headline,
+            self.grid,
+            notes,
+            spacing=0,
+            sizing_mode="stretch_width",
+            stylesheets=[InlineStyleSheet(css=look.MAIN)],
+        )
+        return Column(
+            controls,
+            main,
+            trust,
+            name="page",
+            sizing_mode="stretch_width",
+            stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL), InlineStyleSheet(css=look.PAGE)],
         )
 
     def updates(self, scene: Screen) -> Updates:
@@ -337,13 +348,19 @@ def apply(updates: Updates) -> None:
         model.update(**attributes)
 
 
+def _in_two_lines(heading: str) -> str:
+    """Return a heading that fits into a narrow panel; all have as many lines, so that frames are in line."""
+    name, _, more = heading.partition(", ")
+    return f"{name}\n{more or ' '}"
+
+
 def _figure(name: str) -> Any:
     fig: Any = figure(
         title="",
         frame_width=look.FRAME_WIDTH,
         frame_height=look.FRAME_HEIGHT,
         min_border_left=look.LEFT,
-        min_border_right=14,
+        min_border_right=look.RIGHT,
         min_border_bottom=50,
         x_range=Range1d(0.0, 1.0),
         y_range=Range1d(0.0, 1.0),

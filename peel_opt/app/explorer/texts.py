@@ -12,12 +12,12 @@ from . import look
 from .screen import Screen
 
 
-def text_box(name: str, role: str, width: int) -> Div:
+def text_box(name: str, role: str) -> Div:
     """Return an empty text that screen readers follow."""
     box = Div(
         text="",
         name=name,
-        width=width,
+        sizing_mode="stretch_width",
         styles={"font-size": look.FONT, "color": look.INK, "line-height": "1.3"},
     )
     if "html_attributes" in Div.properties():  # since Bokeh 3.6: screen readers hear of changes
@@ -51,7 +51,7 @@ def _time(seconds: float) -> str:
     return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.1f} ms"
 
 
-def wrapped(text: str, width: int = 52) -> str:
+def wrapped(text: str, width: int = 40) -> str:
     """Return a text in lines that fit into a panel."""
     return "\n".join(textwrap.wrap(text, width))
 
