@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eig
 
-from ..base.errors import NoEquilibrium, NotConverged
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..equilibria.result import Equilibrium
 from .flap import Flap
 from .layout import along, laid_out
@@ -59,6 +59,21 @@ def stretched(eq: Equilibrium, length: float) -> Posture:
     """Return the shape of an equilibrium at rest, stretched to a length over eta."""
     s = eq.shape.xi * length
     return Posture(s, eq.shape.theta, np.zeros_like(s))
+
+
+def require_attached(start: Posture, setting: Setting) -> None:
+    """Raise where a motion would begin on a rod that is no longer attached anywhere.
+
+    Raises
+    ------
+    InvalidInput
+    """
+    if start.s[-1] >= setting.length:
+        raise InvalidInput(
+            f"the motion begins with {start.s[-1]:.6g} eta detached of a rod that is {setting.length:.6g} eta"
+            " long: nothing is left to peel.",
+            remedy="Give a longer rod_length, or leave it out.",
+        )
 
 
 def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:

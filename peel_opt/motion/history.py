@@ -18,7 +18,7 @@ from ..equilibria.ask import length_given_pressure
 from ..equilibria.question import known_law
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, Units, require_rod
-from .departure import stretched
+from .departure import require_attached, stretched
 from .mesh import TURNS, carried, chain_of
 from .moments import LONGEST, begun
 from .rates import resistance
@@ -53,7 +53,8 @@ class History:
     outcome : str
         "closes" where the rod lay down, "end of rod" where it ran out, "not settled" at its end.
     error : float
-        Largest difference of the fronts of two meshes over eta, at the same times.
+        Largest difference of the fronts of two meshes over eta, at the same times; a run that has ended
+        keeps its last front.
     time_unit : str
     flags : tuple of str
         "damage close to T0": under damage the soft zone ahead of the front creeps; quote no length.
@@ -185,6 +186,7 @@ def history(
     longest = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length))
     setting = Setting(rod.ratio, known_law(law) or COHESIVE, load(0.0), 0.0, 1.0, bond, longest)
     posture = stretched(start, OPENED * start.length_ratio)
+    require_attached(posture, setting)
     until = Until(end, contact=False, arrest=False)
     runs = []
     for resolution, turn in enumerate(TURNS):
@@ -205,31 +207,46 @@ def _ramp(
         end, given = positive("duration", duration) / unit, pressure
 
         def load(t: float) -> float:
-            return finite("pressure", given(t * unit)) / T0
+            return _below_T0(finite("pressure", given(t * unit)) / T0)
 
-        values = np.array([load(t) for t in np.linspace(0.0, end, STEPS + 1)])
+        for t in np.linspace(0.0, end, STEPS + 1):
+            load(float(t))
     else:
         if not isinstance(pressure, Sequence) or len(pressure) != 2 or duration is not None:
             raise InvalidInput("pressure must be a function with a duration, or (times, pressures).")
-        times, pressures = (floats(name, v) for name, v in zip(("times", "pressures"), pressure, strict=True))
+        try:
+            times, pressures = (
+                floats(name, v) for name, v in zip(("times", "pressures"), pressure, strict=True)
+            )
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"times and pressures of a history must be numbers: {error}.") from error
         if (
-            times.shape != pressures.shape
+            times.ndim != 1
+            or times.shape != pressures.shape
             or len(times) < 2
             or times[0] != 0.0
-            or np.any(np.diff(times) <= 0.0)
+            or not np.all(np.diff(times) > 0.0)
+            or not math.isfinite(times[-1])
         ):
             raise InvalidInput("times of a history must begin at 0 and increase, with a pressure for each.")
-        end, values = float(times[-1]) / unit, pressures / T0
+        end = float(times[-1]) / unit
+        for pressure_then in pressures:
+            _below_T0(finite("pressure", pressure_then) / T0)
 
         def load(t: float) -> float:
             return float(np.interp(t * unit, times, pressures)) / T0
 
-    if values.min() < 0.0 or values.max() >= 1.0:
-        raise OutOfRange(
-            f"the pressures of a history lie between 0 and T0, got p/T0 from {values.min():.4g} to"
-            f" {values.max():.4g}: from T0 on the bond fails everywhere at once."
-        )
     return load, end
+
+
+def _below_T0(P: float) -> float:
+    """Return p/T0, which a history has between 0 and 1 at every time it comes to."""
+    if not 0.0 <= P < 1.0:
+        raise OutOfRange(
+            f"the pressures of a history lie between 0 and T0, got p/T0 = {P:.4g}: from T0 on the bond fails"
+            " everywhere at once."
+        )
+    return P
 
 
 def _in_units(
@@ -242,8 +259,9 @@ def _in_units(
 ) -> History:
     """Return the finer of two runs as a result, with what they differ by."""
     coarse, fine = runs
-    shared = fine.t[fine.t <= coarse.t[-1]]
-    error = float(np.abs(np.interp(shared, coarse.t, coarse.front) - fine.front[: len(shared)]).max())
+    times = np.union1d(coarse.t, fine.t)  # one that has ended keeps its last front
+    apart = np.interp(times, coarse.t, coarse.front) - np.interp(times, fine.t, fine.front)
+    error = float(np.abs(apart).max())
     eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
     P = np.array([load(t) for t in fine.t])
     creeps = setting.bond == "damage" and float(P.max()) > CREEPS

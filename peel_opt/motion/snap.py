@@ -23,7 +23,7 @@ from ..equilibria.scenes import plain_law
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, Units, require_rod
 from ..model.scene import Scene
-from .departure import departure, stretched
+from .departure import departure, require_attached, stretched
 from .follow import beyond_contact
 from .mesh import run_on_mesh
 from .rates import resistance
@@ -110,7 +110,8 @@ def snap(
     Raises
     ------
     InvalidInput
-        If an argument cannot be meant: a negative drag, mass and drag both zero, another scene.
+        If an argument cannot be meant: a negative drag, mass and drag both zero, another scene, a rod that
+        is no longer than what is detached at the start.
     OutOfRange
         From T0 on, where nothing attached is in equilibrium; and where the tip of a rod with mass comes down
         on the plate and the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
@@ -127,6 +128,7 @@ def snap(
     """
     asked = _asked(rod, pressure, mass, drag, bond, law, rod_length)
     posture, growth = _begun(asked, flaw, start)
+    require_attached(posture, asked.setting)
     limit = _until(until, asked)
     with _telling(growth, limit, progress) as told:
         fine, error, time_error = _run(asked.setting, posture, limit, told)
@@ -304,10 +306,11 @@ def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
     """Return the largest difference of front and tip at one angle, and of times, between two runs.
 
     Where a motion starts from a nudge its time is that of the first angle it passes: the nudge is arbitrary.
+    Two runs that end differently are as far apart as their ends.
     """
     named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
     pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
-    if coarse.outcome == fine.outcome != "flapping":
+    if not coarse.outcome == fine.outcome == "flapping":
         pairs.append((coarse.events[-1], fine.events[-1]))
     if not pairs:
         return math.nan, math.nan

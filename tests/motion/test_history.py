@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.motion.mesh import carried
 
 ROD = po.Rod.from_ratio(1.0)
 
@@ -92,8 +94,36 @@ def test_units_functions_and_files(tmp_path: Path) -> None:
         ({"pressure": lambda t: 0.5}, po.InvalidInput),
         ({"pressure": ([0, 1], [0.5, 0.4]), "bond": "glue"}, po.InvalidInput),
         ({"pressure": ([0, 1], [0.05, 0.06])}, po.NoEquilibrium),
+        ({"pressure": ([0, 1], [0.5, 0.4]), "rod_length": 3.0}, po.InvalidInput),
+        ({"pressure": ([0, np.nan], [0.5, 0.4])}, po.InvalidInput),
+        ({"pressure": ([0, np.inf], [0.5, 0.4])}, po.InvalidInput),
+        ({"pressure": ([0, 1], [0.5, np.nan])}, po.InvalidInput),
+        ({"pressure": (["a", 1], [0.5, 0.4])}, po.InvalidInput),
+        ({"pressure": (1, 2)}, po.InvalidInput),
     ],
 )
 def test_what_cannot_be_meant_is_refused(wrong: dict, kind: type[Exception]) -> None:
     with pytest.raises(kind):
         po.history(ROD, **wrong)
+
+
+def test_a_pressure_that_jumps_above_T0_between_looks_is_refused_when_it_does() -> None:
+    with pytest.raises(po.OutOfRange, match=r"p/T0 = 1\.4"):
+        po.history(ROD, pressure=lambda t: 1.4 if 1.003 < t < 1.02 else 0.5, duration=3.0)
+
+
+def test_a_run_that_ends_before_the_other_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mesh on which the rod lies down sooner is as far from the other as that one's front."""
+    tracks = []
+
+    def cut(*args: object, **options: object) -> object:
+        found = carried(*args, **options)  # type: ignore[arg-type]
+        if not tracks:  # the coarse run, as if it had ended after a few steps
+            track = found.track
+            found = found._replace(track=replace(track, t=track.t[:9], front=track.front[:9]))
+        tracks.append(found.track)
+        return found
+
+    monkeypatch.setattr("peel_opt.motion.history.carried", cut)
+    run = po.history(ROD, pressure=([0.0, 6.0], [0.5, 0.5]))
+    assert run.error >= abs(run.front[-1] - tracks[0].front[-1]) > 0.3

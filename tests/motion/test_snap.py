@@ -7,12 +7,15 @@ at Chebyshev points and follows front and height y0 too.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.motion import snap as snapping
 
 #: Tip angle, time since the first of them, front, x and y of the tip, in eta and c eta/T0 or t_i.
 ORBITS = {
@@ -215,6 +218,7 @@ def test_shapes_between_steps(overdamped: po.Snap) -> None:
         ({"mass": -1.0}, po.InvalidInput, "mass"),
         ({"bond": "glue"}, po.InvalidInput, "unknown bond"),
         ({"until": "soon"}, po.InvalidInput, "until"),
+        ({"rod_length": 2.0}, po.InvalidInput, "nothing is left to peel"),
         ({"flaw": 4.0, "start": 1}, po.InvalidInput, "not at both"),
         ({"start": 1}, po.InvalidInput, "Equilibrium"),
     ],
@@ -270,3 +274,19 @@ def test_a_bond_that_does_not_heal_stops_where_it_came_to_and_takes_its_work() -
     assert damaged.energy.drag[-1] > 0.0
     assert np.all(np.diff(damaged.energy.bond_loss) >= 0.0)
     assert np.abs(damaged.energy.defect).max() < 2e-3
+
+
+def test_runs_that_end_differently_are_as_far_apart_as_their_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the angles passed on the way say of the error is not all: one of two meshes may end elsewhere."""
+    meshed = snapping.run_on_mesh
+
+    def sooner(*args: Any, **options: Any) -> Any:
+        found = meshed(*args, **options)
+        if options["resolution"]:
+            return found
+        last = found.events[-1]._replace(front=found.front[-1] - 0.7)
+        return replace(found, outcome="closes", events=(*found.events[:-1], last))
+
+    monkeypatch.setattr(snapping, "run_on_mesh", sooner)
+    run = po.snap(po.Rod.from_ratio(1.0), 0.5, bond="damage", until=20.0)
+    assert run.error > 0.6
