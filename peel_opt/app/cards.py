@@ -37,6 +37,13 @@ What acts on the rod beside a uniform pressure, or in its place, stands under ``
     [[questions]]
     flaw = "0.5 mm"                         # asks for the safe pressure; free = "flaw" for the critical one
 
+How the pressure changes in time stands under ``[history]``, which ``peel-opt history`` follows::
+
+    [history]
+    times = ["0 s", "2 s", "20 s"]          # numbers in c eta/T0 where [rod] has no drag
+    pressures = ["0.5 T0", "0.5 T0", "0 Pa"]
+    bond = "damage"                         # or "no_rebond"; "reversible" if not given
+
 A rod may be known by its ratio alone, ``[rod] ratio = 0.566``, or the paper's groups take its
 place, ``[groups] beta0 = 53.16, beta1 = 113.1``.  In questions the rod's ``y0``, ``eta`` and
 ``T0`` are units too: ``length = "5.664 y0"``.
@@ -57,6 +64,7 @@ from ..base.errors import CardError, InvalidInput, PeelOptError
 from ..model.rod import Rod
 from ..model.scene import Scene
 from .card_tables import CardTable, GroupsTable, RodTable
+from .history_table import HistoryTable
 from .questions import Answer, Posed, Problem, QuestionTable
 from .scene_table import SET, SceneTable
 
@@ -128,6 +136,8 @@ class Card(SourcedCard):
         One of them.
     scene_table : SceneTable, optional
         What acts on the rod.
+    history : HistoryTable, optional
+        How the pressure changes in time.
     questions : tuple of QuestionTable
     """
 
@@ -136,11 +146,13 @@ class Card(SourcedCard):
         "scene": SceneTable,
         "groups": GroupsTable,
         "questions": QuestionTable,
+        "history": HistoryTable,
     }
 
     rod_table: RodTable | None = Field(default=None, alias="rod")
     scene_table: SceneTable | None = Field(default=None, alias="scene")
     groups: GroupsTable | None = None
+    history: HistoryTable | None = None
     questions: tuple[QuestionTable, ...] = ()
 
     def rod(self) -> Rod | None:
@@ -229,6 +241,13 @@ class Card(SourcedCard):
                 raise InvalidInput(f"[scene]: {error}") from error
             given |= self.scene_table.given
         self.require_sources(given, given - set(SET) if in_si else set())
+        if self.history is not None:
+            if self.rod_table is None or self.scene_table is not None:
+                raise InvalidInput("[history] is of a [rod] alone: a uniform pressure that changes.")
+            try:
+                self.history.asked(self.rod_table.rod(), self.rod_table.drag)
+            except InvalidInput as error:
+                raise InvalidInput(f"[history]: {error}") from error
         for number, question in enumerate(self.questions, 1):
             try:
                 question.pose(self.problem)

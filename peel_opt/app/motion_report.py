@@ -8,8 +8,12 @@ import numpy as np
 
 from ..base.units import display
 from ..model.rod import Units
+from ..motion.history import History
 from ..motion.trajectory import OUTCOMES, Snap
 from .report import aligned, describe_rod
+
+#: Moments of a history that its table shows.
+ROWS = 13
 
 
 def motion_table(moved: Snap) -> str:
@@ -38,11 +42,58 @@ def motion_table(moved: Snap) -> str:
     return "\n".join(lines)
 
 
-def _time(moved: Snap, t: float) -> str:
+def history_table(run: History) -> str:
+    """Return where the front of a rod was as its pressure changed, and how far to trust it."""
+    units, energy = Units.of(run.rod), "T0 eta^2" if run.rod.dimensionless else "J/m"
+    rows = [["time", "pressure", "sbar", "tip y", f"lost [{energy}]"]]
+    for i in np.searchsorted(run.t, np.linspace(run.t[0], run.t[-1], ROWS)):
+        pressure = (
+            f"{run.pressure[i]:.6g} {units.pressure}"
+            if run.rod.dimensionless
+            else display(float(run.pressure[i]), "Pa")
+        )
+        lengths = (_length(run, float(value[i])) for value in (run.front, run.tip.y))
+        rows.append([_time(run, float(run.t[i])), pressure, *lengths, f"{run.dissipated[i]:.6g}"])
+    lines = [
+        describe_rod(run.rod),
+        "",
+        aligned(rows),
+        "",
+        f"{run.bond} bond, {run.outcome}: {OUTCOMES[run.outcome]}",
+        f"the front is known to {run.error:.1e} eta; certificate {np.abs(run.certificate).max():.1e}",
+        *(f"flag: {flag}" for flag in run.flags),
+    ]
+    if run.time_unit == "c eta/T0":
+        lines.append("Drag sets the time and was not given: give drag under [rod] for seconds.")
+    return "\n".join(lines)
+
+
+def history_record(run: History) -> dict[str, Any]:
+    """Return a history without its steps as plain data, with units in the keys."""
+    units, energy = Units.of(run.rod), "T0 eta^2" if run.rod.dimensionless else "J/m"
+    return {
+        "kind": "history",
+        **units.rod(run.rod),
+        "bond": run.bond,
+        "law": run.law,
+        "outcome": run.outcome,
+        f"t [{run.time_unit}]": float(run.t[-1]),
+        f"pressure [{units.pressure}]": float(run.pressure[-1]),
+        f"length [{units.length}]": float(run.front[-1]),
+        f"longest [{units.length}]": float(run.front.max()),
+        f"dissipated [{energy}]": float(run.dissipated[-1]),
+        f"bond_loss [{energy}]": float(np.ptp(run.energy.bond_loss)),
+        "error [eta]": run.error,
+        "certificate": float(np.abs(run.certificate).max()),
+        "flags": list(run.flags),
+    }
+
+
+def _time(moved: Snap | History, t: float) -> str:
     return display(t, "s") if moved.time_unit == "s" else f"{t:.6g} {moved.time_unit}"
 
 
-def _length(moved: Snap, value: float) -> str:
+def _length(moved: Snap | History, value: float) -> str:
     return f"{value:.6g} eta" if moved.rod.dimensionless else display(value, "m")
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from ..base.arrays import floats
 from ..base.checks import finite, positive
+from ..base.drawing import draw
 from ..base.errors import InvalidInput, OutOfRange
-from ..base.records import Column, Table, write_table
+from ..base.progress import Progress
+from ..base.progress import progress as telling
+from ..base.records import Schema, Stored, Table, array, entries
 from ..base.threads import one_thread
 from ..equilibria.ask import length_given_pressure
 from ..equilibria.question import known_law
@@ -22,8 +25,13 @@ from .departure import require_attached, stretched
 from .mesh import TURNS, carried, chain_of
 from .moments import LONGEST, begun
 from .rates import resistance
-from .run import Setting, Track, Until
-from .trajectory import BONDS, Happening, Ledger, TipPath
+from .run import PARTS, Setting, Track, Until, in_parts
+from .trajectory import BONDS, Happening, Ledger, TipPath, columns, lines, lived_through
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..equilibria.branch import Branch
 
 #: Length over that of the unfolded state at the first pressure with which a history begins.
 OPENED = 1.01
@@ -33,7 +41,7 @@ STEPS = 200
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class History:
+class History(Stored):
     """What a rod did under a pressure that changed, in the units of the rod.
 
     Parameters
@@ -75,6 +83,8 @@ class History:
     time_unit: str
     flags: tuple[str, ...] = ()
 
+    schema: ClassVar[Schema] = Schema("peel_opt history", 1)
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -84,32 +94,47 @@ class History:
         taken: np.ndarray = self.energy.drag + self.energy.bond_loss - self.energy.bond_loss[0]
         return taken
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write times, pressures, fronts, tips and energies as CSV.
+    def plot(self, ax: Axes | None = None, *, branch: Branch | None = None) -> Axes:
+        """Draw the load path, over the equilibria of the rod if they are given.
 
         Parameters
         ----------
-        path : str or Path
+        ax : Axes, optional
+            Without it front, pressure and dissipated energy against time stand beside the path.
+        branch : Branch, optional
+            Of the same rod, from `peel_opt.trace`.
 
         Returns
         -------
-        Path
+        Axes
+            Those of the path: detached length against pressure.
+
+        Raises
+        ------
+        InvalidInput
+            If the branch is of another rod.
         """
-        units = Units.of(self.rod)
-        energy = "T0 eta^2" if self.rod.dimensionless else "J/m"
-        columns = {
-            "t": Column(self.t, self.time_unit),
-            "pressure": Column(self.pressure, units.pressure),
-            "front": Column(self.front, units.length),
-            "tip height": Column(self.tip.y, units.length),
-            "tip angle": Column(self.tip.angle, "rad"),
-            "work": Column(self.energy.work, energy),
-            "drag": Column(self.energy.drag, energy),
-            "bond loss": Column(self.energy.bond_loss, energy),
-            "certificate": Column(self.certificate),
-        }
-        notes = [("law", self.law), ("bond", self.bond), ("outcome", self.outcome), ("error", self.error)]
-        return write_table(Table(notes, columns), path)
+        return draw(self, ax, branch=branch)
+
+    def _head(self) -> dict[str, Any]:
+        names = ("law", "bond", "outcome", "error", "time_unit")
+        own = {name: getattr(self, name) for name in names}
+        told = {"events": [list(event) for event in self.events], "flags": list(self.flags)}
+        return {**own, **told, **Units.of(self.rod).rod(self.rod)}
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return lines(self) | {"pressure": self.pressure}
+
+    @classmethod
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
+        own = lived_through(head, arrays) | entries(head, str, "time_unit")
+        flags = tuple(head["flags"])
+        if not set(flags) <= {CREEPING}:
+            raise ValueError("it has a flag that is not known")
+        return cls(pressure=array(arrays, "pressure", "f", own["t"].shape), flags=flags, **own)
+
+    def _table(self) -> Table:
+        return Table(self.schema.stamped(self._head()).items(), columns(self, self.pressure))
 
     def __repr__(self) -> str:
         units = Units.of(self.rod)
@@ -119,8 +144,8 @@ class History:
         return f"History({self.bond} bond: {self.outcome}, {last}; {steps}{flags})"
 
 
-#: p/T0 above which damage creeps ahead of the front.
-CREEPS = 0.95
+#: p/T0 above which damage creeps ahead of the front, and the flag that says so.
+CREEPS, CREEPING = 0.95, "damage close to T0"
 
 
 @one_thread
@@ -133,6 +158,7 @@ def history(
     law: str | CohesiveLaw = "auto",
     drag: float | None = None,
     rod_length: float | None = None,
+    progress: Progress = None,
 ) -> History:
     """Follow a rod without mass while its pressure changes.
 
@@ -154,6 +180,8 @@ def history(
         Force per area and speed [Pa s/m].  Without it times are in c eta/T0.
     rod_length : float, optional
         Of the whole rod [m]; long enough if not given.
+    progress : None, bool or callable
+        By default a bar on stderr after a second, if that is a terminal.
 
     Returns
     -------
@@ -189,10 +217,15 @@ def history(
     require_attached(posture, setting)
     until = Until(end, contact=False, arrest=False)
     runs = []
-    for resolution, turn in enumerate(TURNS):
-        chain = chain_of(setting, resolution)
-        at, step = begun(chain, posture, longest), min(LONGEST, end / STEPS)
-        runs.append(carried(chain, at, load, until, turn=turn, length=longest, longest=step).track)
+    with telling("part", PARTS * len(TURNS), progress) as step:
+        for resolution, turn in enumerate(TURNS):
+            chain = chain_of(setting, resolution)
+            at, longest_step = begun(chain, posture, longest), min(LONGEST, end / STEPS)
+            with in_parts(step, end) as told:
+                run = carried(
+                    chain, at, load, until, turn=turn, length=longest, longest=longest_step, told=told
+                )
+            runs.append(run.track)
     return _in_units(rod, setting, load, runs, unit, drag)
 
 
@@ -282,5 +315,5 @@ def _in_units(
         outcome=fine.outcome,
         error=error,
         time_unit=own,
-        flags=("damage close to T0",) if creeps else (),
+        flags=(CREEPING,) if creeps else (),
     )

@@ -8,7 +8,8 @@ attached point has x = s.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,6 +20,25 @@ from .trajectory import Happening, Ledger, TipPath
 
 #: What is called with the time that a run has come to.
 Told = Callable[[float], object]
+
+#: Parts in which the way to a likely end is told.
+PARTS = 100
+
+
+@contextmanager
+def in_parts(step: Callable[[int], object], likely: float) -> Iterator[Told]:
+    """Yield what tells how far a run is on the way to its likely end, in `PARTS` steps, and tell the rest."""
+    done = 0
+
+    def reached(t: float) -> None:
+        nonlocal done
+        now = min(int(PARTS * t / likely), PARTS - 1)
+        if now > done:
+            step(now - done)
+            done = now
+
+    yield reached
+    step(PARTS - done)
 
 
 @dataclass(frozen=True)

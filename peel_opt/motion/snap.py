@@ -27,7 +27,7 @@ from .departure import departure, require_attached, stretched
 from .follow import beyond_contact
 from .mesh import run_on_mesh
 from .rates import resistance
-from .run import Posture, Setting, Told, Track, Until
+from .run import PARTS, Posture, Setting, Told, Track, Until, in_parts
 from .tracking import MESHES, track
 from .trajectory import BONDS, Happening, Ledger, Snap, TipPath
 
@@ -46,9 +46,6 @@ OPENED = 1.01
 
 #: A likely end of a run that starts from a nudge, over the time in which that grows by e.
 LIKELY = 25.0
-
-#: Parts in which the way to a likely end is told.
-PARTS = 100
 
 
 @one_thread
@@ -232,18 +229,8 @@ def _until(until: str | float, asked: _Asked) -> Until:
 def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
     """Tell how far a run is on the way to its likely end: the growth from a nudge, and as long again."""
     likely = until.time if math.isnan(growth) else min(until.time, LIKELY / growth)
-    done = 0
-    with telling("part", PARTS, told) as step:
-
-        def reached(t: float) -> None:
-            nonlocal done
-            now = min(int(PARTS * t / likely), PARTS - 1)
-            if now > done:
-                step(now - done)
-                done = now
-
+    with telling("part", PARTS, told) as step, in_parts(step, likely) as reached:
         yield reached
-        step(PARTS - done)
 
 
 def _run(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:

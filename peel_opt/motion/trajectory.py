@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -324,39 +324,19 @@ class Snap(Stored):
         return {**own, "events": events, **Units.of(self.rod).rod(self.rod)}
 
     def _arrays(self) -> dict[str, np.ndarray]:
-        parts = {name: getattr(self, name) for name in (*LINES, *SHAPES, "fraction")}
-        parts |= dict(zip(TIP, self.tip, strict=True))
-        return parts | dict(zip(ENERGIES, self.energy, strict=True))
+        return lines(self) | {name: getattr(self, name) for name in (*SHAPES, "fraction")}
 
     @classmethod
     def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
-        rod, fraction = rod_from(head), array(arrays, "fraction")
-        if rod is None:
-            raise ValueError("it has no rod")
-        many = array(arrays, "t").shape
-        own: dict[str, Any] = entries(head, str, "law", "bond", "outcome")
-        own |= entries(head, float | int, "pressure", "mass", "growth_rate", "error", "time_error")
+        fraction = array(arrays, "fraction")
+        own = lived_through(head, arrays)
+        own |= entries(head, float | int, "pressure", "mass", "growth_rate", "time_error")
         own |= entries(head, float | int | None, "drag")
-        if own["bond"] not in BONDS or own["outcome"] not in OUTCOMES:
-            raise ValueError("it has a bond or an outcome that is not known")
-        own |= {name: array(arrays, name, "f", many) for name in LINES}
-        own |= {name: array(arrays, name, "f", (*many, *fraction.shape)) for name in SHAPES}
-        tip = TipPath(*(array(arrays, name, "f", many) for name in TIP))
-        energy = Ledger(*(array(arrays, name, "f", many) for name in ENERGIES))
-        events = tuple(_happening(row) for row in head["events"])
-        return cls(rod, fraction=fraction, tip=tip, energy=energy, events=events, **own)
+        own |= {name: array(arrays, name, "f", (len(own["t"]), *fraction.shape)) for name in SHAPES}
+        return cls(fraction=fraction, **own)
 
     def _table(self) -> Table:
-        units = Units.of(self.rod)
-        energy = "T0 eta^2" if self.rod.dimensionless else "J/m"
-        columns = {"t": Column(self.t, self.time_unit), "front": Column(self.front, units.length)}
-        columns["tip height"] = Column(self.tip.y, units.length)
-        columns["tip place"] = Column(self.tip.x, units.length)
-        columns["tip angle"] = Column(self.tip.angle, "rad")
-        named = zip(ENERGIES, self.energy, strict=True)
-        columns |= {name.replace("_", " "): Column(values, energy) for name, values in named}
-        columns["certificate"] = Column(self.certificate)
-        return Table(self.schema.stamped(self._head()).items(), columns)
+        return Table(self.schema.stamped(self._head()).items(), columns(self))
 
     def __repr__(self) -> str:
         units = Units.of(self.rod)
@@ -367,11 +347,84 @@ class Snap(Stored):
         )
 
 
-#: Its arrays of one number and of one shape a step, and the names of its tip and its energies in a file.
+# --- files of what a rod lived through -----------------------------------------------------------
+
+#: Arrays of one number and of one shape a step, and the names of tip and energies in a file.
 LINES = ("t", "front", "certificate")
 SHAPES = ("x", "y", "theta")
 TIP = ("tip_y", "tip_x", "tip_angle")
 ENERGIES = ("kinetic", "bending", "separation", "work", "drag", "bond_loss")
+
+
+class Lived(Protocol):
+    """What every rod in time has: where front and tip were, and where its energies went."""
+
+    @property
+    def rod(self) -> Rod:
+        """The rod that moves."""
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times."""
+
+    @property
+    def front(self) -> np.ndarray:
+        """Detached length."""
+
+    @property
+    def certificate(self) -> np.ndarray:
+        """How far the identity is missed."""
+
+    @property
+    def tip(self) -> TipPath:
+        """Where the free end was."""
+
+    @property
+    def energy(self) -> Ledger:
+        """Where the work went."""
+
+    @property
+    def time_unit(self) -> str:
+        """What times are in."""
+
+
+def lines(lived: Lived) -> dict[str, np.ndarray]:
+    """Return the arrays of one number a step, as a file holds them."""
+    parts = {name: getattr(lived, name) for name in LINES}
+    parts |= dict(zip(TIP, lived.tip, strict=True))
+    return parts | dict(zip(ENERGIES, lived.energy, strict=True))
+
+
+def columns(lived: Lived, pressure: np.ndarray | None = None) -> dict[str, Column]:
+    """Return them with their units, as a table shows them, with a pressure that changed after the times."""
+    units = Units.of(lived.rod)
+    energy = "T0 eta^2" if lived.rod.dimensionless else "J/m"
+    shown = {"t": Column(lived.t, lived.time_unit)}
+    if pressure is not None:
+        shown["pressure"] = Column(pressure, units.pressure)
+    shown["front"] = Column(lived.front, units.length)
+    shown["tip height"] = Column(lived.tip.y, units.length)
+    shown["tip place"] = Column(lived.tip.x, units.length)
+    shown["tip angle"] = Column(lived.tip.angle, "rad")
+    named = zip(ENERGIES, lived.energy, strict=True)
+    shown |= {name.replace("_", " "): Column(values, energy) for name, values in named}
+    return shown | {"certificate": Column(lived.certificate)}
+
+
+def lived_through(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Return what a snap and a history share, by its names, from a file; or raise what is wrong."""
+    rod, many = rod_from(head), array(arrays, "t").shape
+    if rod is None:
+        raise ValueError("it has no rod")
+    own: dict[str, Any] = entries(head, str, "law", "bond", "outcome")
+    own |= entries(head, float | int, "error")
+    if own["bond"] not in BONDS or own["outcome"] not in OUTCOMES:
+        raise ValueError("it has a bond or an outcome that is not known")
+    own |= {name: array(arrays, name, "f", many) for name in LINES}
+    tip = TipPath(*(array(arrays, name, "f", many) for name in TIP))
+    energy = Ledger(*(array(arrays, name, "f", many) for name in ENERGIES))
+    events = tuple(_happening(row) for row in head["events"])
+    return {"rod": rod, "tip": tip, "energy": energy, "events": events, **own}
 
 
 def _happening(row: Sequence[Any]) -> Happening:

@@ -8,6 +8,7 @@ from .diagram import plot_branch
 from .dispatch import draw
 from .files import picture_file, save_figure
 from .flaws import plot_held_lengths, plot_loading_curve, plot_safe_pressures
+from .history import plot_history, plot_spent
 from .motion import film, plot_ledger, plot_motion, plot_orbit, plot_shapes
 from .rod import plot_equilibrium, plot_family
 
@@ -19,11 +20,13 @@ __all__ = [
     "plot_equilibrium",
     "plot_family",
     "plot_held_lengths",
+    "plot_history",
     "plot_ledger",
     "plot_loading_curve",
     "plot_motion",
     "plot_orbit",
     "plot_safe_pressures",
     "plot_shapes",
+    "plot_spent",
     "save_figure",
 ]

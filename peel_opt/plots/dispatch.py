@@ -23,6 +23,7 @@ PICTURES = {
     "WorkPrecision": "work",
     "LoadingCurve": "flaws",
     "Snap": "motion",
+    "History": "history",
 }
 
 

@@ -19,7 +19,9 @@ from ..base.errors import InvalidInput, MissingExtra
 from ..base.files import as_path, atomic_write
 from ..base.progress import Progress
 from ..base.progress import progress as telling
-from ..equilibria.branch import Branch
+from ..equilibria.branch import Branch, require_branch
+from ..model.rod import Rod
+from ..motion.history import History
 from ..motion.trajectory import Snap
 from . import style
 from .axes import axes_or
@@ -94,7 +96,7 @@ def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
     ax.set_xlim(0.0, (end - begin) / times.size)
     ax.set_ylim(0.0, None)
     ax.set_xlabel(times.axis("t"))
-    ax.set_ylabel(_bracketed("length", lengths))
+    ax.set_ylabel(bracketed("length", lengths))
     ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
     ax.set_title(_title(motion), fontsize=style.SMALL, loc="left")
     return ax
@@ -114,7 +116,7 @@ def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
         Energies per width, stored and lost stacked, the work as a line on top; in the rod's units.
     """
     ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
-    times, (begin, end), energies = _times(motion), seen(motion), _energies(motion)
+    times, (begin, end), energies = _times(motion), seen(motion), energy_unit(motion)
     t, ledger = (motion.t - begin) / times.size, motion.energy
     stored = [
         getattr(ledger, name) - getattr(ledger, name)[0] for name in ("bending", "separation", "kinetic")
@@ -128,7 +130,7 @@ def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
     ax.axhline(0.0, color=style.PLATE, linewidth=0.8)
     ax.set_xlim(0.0, (end - begin) / times.size)
     ax.set_xlabel(times.axis("t"))
-    ax.set_ylabel(_bracketed("energy since the start", energies))
+    ax.set_ylabel(bracketed("energy since the start", energies))
     ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
     return ax
 
@@ -158,15 +160,10 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     InvalidInput
         If the branch is of another rod.
     """
-    if branch.rod != motion.rod:
-        raise InvalidInput("the diagram must be that of the rod that moves.", remedy="Trace motion.rod.")
     ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
     lengths = length_unit(motion.rod, float(max(branch.length.max(), motion.front.max())))
     pressures = pressure_unit(motion.rod, motion.rod.adhesion_strength)
-    x, y = branch.pressure / pressures.size, branch.length / lengths.size
-    folded = branch.state == "folded"
-    ax.plot(np.where(folded, np.nan, x), y, color=style.ADHESION, linestyle=(0, (5.0, 2.0)), label="unfolded")
-    ax.plot(np.where(folded, x, np.nan), y, color=style.ADHESION, label="folded")
+    plot_equilibria(ax, branch, motion.rod, pressures, lengths)
     p, front = motion.pressure / pressures.size, motion.front / lengths.size
     ax.plot(np.full(len(front), p), front, color=style.PRESSURE, linewidth=style.ROD_WIDTH, label="snap")
     ax.plot(p, front[0], "o", color=style.PRESSURE, markerfacecolor="white")
@@ -176,6 +173,22 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     ax.legend(fontsize=style.SMALL, frameon=False)
     ax.set_title(f"circle: where it starts; diamond: {motion.outcome}", fontsize=style.SMALL, loc="left")
     return ax
+
+
+def plot_equilibria(ax: Axes, branch: Branch, rod: Rod, pressures: AxisUnit, lengths: AxisUnit) -> None:
+    """Draw the equilibria of a rod for what it goes through to be drawn over.
+
+    Raises
+    ------
+    InvalidInput
+        If they are those of another rod.
+    """
+    if require_branch(branch).rod != rod:
+        raise InvalidInput("the diagram must be that of the rod that moves.", remedy="Trace its rod.")
+    x, y = branch.pressure / pressures.size, branch.length / lengths.size
+    folded = branch.state == "folded"
+    ax.plot(np.where(folded, np.nan, x), y, color=style.ADHESION, linestyle=(0, (5.0, 2.0)), label="unfolded")
+    ax.plot(np.where(folded, x, np.nan), y, color=style.ADHESION, label="folded")
 
 
 def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes:
@@ -336,13 +349,15 @@ def _times(motion: Snap) -> AxisUnit:
     return time_unit(motion.time_unit, end - begin)
 
 
-def _energies(motion: Snap) -> AxisUnit:
+def energy_unit(motion: Snap | History) -> AxisUnit:
+    """Return the unit in which a picture shows the energies of a rod in time."""
     if motion.rod.dimensionless:
         return AxisUnit(1.0, r"T_0\eta^2", is_symbol=True)
     return prefixed(float(np.abs(motion.energy.work).max()), "J/m")
 
 
-def _bracketed(words: str, unit: AxisUnit) -> str:
+def bracketed(words: str, unit: AxisUnit) -> str:
+    """Return the label of an axis that shows what words say."""
     return f"{words} [${unit.name}$]" if unit.is_symbol else f"{words} [{unit.name}]"
 
 

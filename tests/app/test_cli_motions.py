@@ -1,4 +1,4 @@
-"""``peel-opt snap``: a motion asked of a card or of numbers, printed, written and filmed."""
+"""``peel-opt snap`` and ``history``: asked of a card or of numbers, printed, written and filmed."""
 
 from __future__ import annotations
 
@@ -61,3 +61,69 @@ def test_what_cannot_be_meant(
 ) -> None:
     assert main(["snap", *wrong]) == code
     assert says in capsys.readouterr().err
+
+
+#: What `written` adds to the card of the aortic flap, and where.
+HISTORY = """
+[history]
+times = ["0 s", "1 ms", "2 ms"]
+pressures = ["300 mmHg", "0.3 T0", "35 kPa"]
+bond = "no_rebond"
+
+[sources]"""
+
+
+def written(folder: Path, *changes: tuple[str, str]) -> str:
+    text = (CARDS / "aortic_flap.toml").read_text(encoding="utf-8")
+    given = ("[sources]", f'drag = "20 kPa s/m"\n{HISTORY}'), ("[estimates]", '[estimates]\ndrag = "a guess"')
+    for old, new in (*given, *changes):
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "flap.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def test_a_card_tells_a_history_in_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    assert main(["history", written(tmp_path), "--json", "--out", str(out)]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["t [s]"] == pytest.approx(2e-3)
+    assert record["pressure [Pa]"] == pytest.approx(35e3)
+    assert record["outcome"] == "not settled"
+    run = po.History.load(out / "history-flap.npz")
+    assert run.pressure[0] == pytest.approx(300 * 133.322387415)
+    assert max(run.pressure) == pytest.approx(0.3 * 140.1e3, rel=1e-3)
+    assert record["length [m]"] == run.front[-1]
+    assert record["dissipated [J/m]"] == run.dissipated[-1]
+    assert {path.name for path in out.iterdir()} >= {"history-flap.csv", "history-flap.png"}
+    assert main(["history", written(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "300" not in said.splitlines()[0]
+    assert "2.00000 ms" in said
+    assert "35.0000 kPa" in said
+    assert "no_rebond bond, not settled" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "says"),
+    [
+        (('"1 ms"', '"1 mm"'), 2, "[history]: times no. 2 cannot be measured in 'mm'"),
+        (('"35 kPa"', '"350 kPa"'), 1, "between 0 and T0"),
+        (('"35 kPa"]', '"35 kPa", "1 kPa"]'), 2, "go in pairs"),
+        (('"no_rebond"', '"glue"'), 2, "bond in [history]"),
+        (("[history]", "[histories]"), 2, "did you mean 'history'?"),
+    ],
+)
+def test_what_a_history_cannot_mean_is_one_line(
+    change: tuple[str, str], code: int, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["history", written(tmp_path, change)]) == code
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+
+
+def test_a_card_without_a_history_says_how_to_add_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["history", str(CARDS / "aortic_flap.toml")]) == 2
+    assert "times = [0, 60, 200]" in capsys.readouterr().err

@@ -81,6 +81,29 @@ def test_units_functions_and_files(tmp_path: Path) -> None:
     assert slow.energy.work[-1] == pytest.approx(alone.energy.work[-1] * 140096.0 * rod.eta**2, rel=1e-5)
     text = slow.to_csv(tmp_path / "history.csv").read_text()
     assert "pressure [Pa]" in text
+    again = po.History.load(slow.save(tmp_path / "history.npz"))
+    for name in ("t", "pressure", "front", "certificate"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(slow, name))
+    np.testing.assert_array_equal(again.energy, slow.energy)
+    np.testing.assert_array_equal(again.tip, slow.tip)
+    assert (again.rod, again.events, again.outcome) == (slow.rod, slow.events, slow.outcome)
+    assert repr(again) == repr(slow)
+    with pytest.raises(po.InvalidInput):
+        po.Snap.load(tmp_path / "history.npz")
+
+
+def test_a_picture_shows_the_path_and_what_was_spent(damaged: po.History) -> None:
+    branch = po.trace(ROD, points=20, tol=1e-6)
+    path = damaged.plot(branch=branch)
+    unfolded, _, line, *_ = path.lines
+    np.testing.assert_array_equal(unfolded.get_ydata(), branch.length)
+    np.testing.assert_array_equal(line.get_xdata(), damaged.pressure)
+    np.testing.assert_array_equal(line.get_ydata(), damaged.front)
+    spent = next(ax for ax in path.figure.axes if "dissipated" in ax.get_ylabel())
+    tops = [area.get_paths()[0].vertices[:, 1].max() for area in spent.collections]
+    assert tops == pytest.approx([np.ptp(damaged.energy.drag), damaged.dissipated.max()])
+    with pytest.raises(po.InvalidInput, match="of the rod"):
+        damaged.plot(branch=po.trace(po.Rod.from_ratio(0.4), points=20, tol=1e-6))
 
 
 @pytest.mark.parametrize(

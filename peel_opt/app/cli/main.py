@@ -50,6 +50,7 @@ examples:
   peel-opt trace --beta0 4 --lam -1 3
   peel-opt hysteresis --card problems/office_tape.toml
   peel-opt snap problems/aortic_flap.toml --drag "20 kPa s/m" --out results
+  peel-opt history problems/flap_reloaded.toml --out results
   peel-opt sweep --ratio 0.5:10:5 --pressure-ratio 0.5:0.9:5 --out results/sweep
   peel-opt uncertainty --card problems/aortic_flap.toml --length "1.9 mm" --T0 "+- 10 %"
   peel-opt calibrate problems/calibrate_flap.toml

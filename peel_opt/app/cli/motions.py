@@ -1,4 +1,4 @@
-"""The command that follows a rod in time: ``peel-opt snap``."""
+"""The commands that follow a rod in time: ``peel-opt snap`` and ``peel-opt history``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .files import named, out_files
 
 
 def add_commands(command: AddCommand) -> None:
-    """Add ``snap`` to the command line."""
+    """Add ``snap`` and ``history`` to the command line."""
     snap = command("snap", "what a rod does after it let go, up to where it comes to rest", _snap)
     snap.add_argument("subject", nargs="?", metavar="CARD", help="a problem card, in the place of --card")
     snap.add_argument("--pressure", metavar="P", help="held, such as '300 mmHg'; that of the card's question")
@@ -24,6 +24,9 @@ def add_commands(command: AddCommand) -> None:
     snap.add_argument("--film", action="store_true", help="also write a film under --out")
     rod_options(snap)
     output_options(snap, "NPZ, CSV and a picture")
+    history = command("history", "what a rod does under the pressure of a card as it changes", _history)
+    history.add_argument("card", metavar="CARD", help="a problem card with a [history]")
+    output_options(history, "NPZ, CSV and a picture")
 
 
 def _snap(arguments: argparse.Namespace) -> int:
@@ -49,6 +52,33 @@ def _snap(arguments: argparse.Namespace) -> int:
     if arguments.film:
         moved.film(files.folder / f"{stem}.gif")
     say(as_json(motion_record(moved)) if arguments.json else motion_table(moved))
+    say_written(files, arguments)
+    return OK
+
+
+def _history(arguments: argparse.Namespace) -> int:
+    """Follow the rod of a card, print where its front went, and write the history."""
+    from ..cards import load_card
+
+    card = load_card(arguments.card)
+    rod = card.rod()
+    if card.history is None or rod is None or card.rod_table is None:
+        raise InvalidInput(
+            f"card {arguments.card!r} has no [history].",
+            remedy='Add one: times = [0, 60, 200], pressures = ["0.5 T0", "0.5 T0", "0.1 T0"].',
+        )
+    drag = card.rod_table.drag
+    asked = card.history.asked(rod, drag)
+
+    from ...motion.history import history
+    from ..motion_report import history_record, history_table
+    from ..report import as_json
+
+    files, stem = out_files(arguments), named("history", arguments)
+    files.claim_kinds({"history": {"rod": rod, "drag": drag, **asked}}, stem)
+    run = history(rod, drag=drag, **asked)
+    files.add(run, stem)
+    say(as_json(history_record(run)) if arguments.json else history_table(run))
     say_written(files, arguments)
     return OK
 
