@@ -57,7 +57,8 @@ def growth_rate(eq: Equilibrium, mass: float = 0.0, drag: float | None = None) -
     if not rho:
         return float(np.max(-mu.real)) / c
     root = np.sqrt(c * c - 4.0 * rho * mu.astype(complex))
-    return float(np.max((-c + np.abs(root.real)) / (2.0 * rho)))
+    rates = -2.0 * mu / (c + root)  # (-c + root) / (2 rho) would cancel where drag rules
+    return float(np.max(rates.real))
 
 
 @one_thread

@@ -37,6 +37,13 @@ def test_an_unfolded_rod_leaves_at_a_known_rate(r: float, P: float, mu: float) -
     assert po.critical_drag(eq) == math.inf
 
 
+@pytest.mark.parametrize("mass", [1e-3, 1e-8, 1e-12, 1e-16])
+def test_a_light_rod_leaves_as_one_without_mass(mass: float) -> None:
+    eq = unfolded(0.566, 0.4)
+    rate = po.growth_rate(eq)
+    assert po.growth_rate(eq, mass=mass, drag=1.0) == pytest.approx(rate - mass * rate**2, rel=1e-6)
+
+
 def test_near_the_transition_the_rate_is_that_of_a_cantilever_less_the_bond() -> None:
     # (1.8751^4/pi^4 - 1) T0/y0: a clamped beam of length pi (k y0/T0)^(1/4) on a spring of -T0/y0.
     rod = po.Rod.from_ratio(0.5)

@@ -284,9 +284,9 @@ def test_runs_that_end_differently_are_as_far_apart_as_their_ends(monkeypatch: p
         found = meshed(*args, **options)
         if options["resolution"]:
             return found
-        last = found.events[-1]._replace(front=found.front[-1] - 0.7)
-        return replace(found, outcome="closes", events=(*found.events[:-1], last))
+        last = found.events[-1]._replace(kind="arrest", front=found.front[-1] - 0.7)
+        return replace(found, outcome="held", events=(*found.events, last))
 
     monkeypatch.setattr(snapping, "run_on_mesh", sooner)
     run = po.snap(po.Rod.from_ratio(1.0), 0.5, bond="damage", until=20.0)
-    assert run.error > 0.6
+    assert run.error > 0.4  # 0.7, less what the two meshes differ by themselves
