@@ -11,7 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -229,6 +229,44 @@ def test_every_choice_can_be_made() -> None:
             pump(page, rest=False)
             assert getattr(page.state, field) == value
             assert page.scene.equilibrium is not None or page.scene.message
+
+
+def test_cards_and_figures_are_begun_with_by_name() -> None:
+    page = opened(State(accuracy="sketch", convention="maxwell"))
+    begin = page.controls.begin
+    assert begin.value == ""
+    begin.value = "Transparent office tape"
+    pump(page)
+    assert (page.state.accuracy, page.state.convention) == ("sketch", "maxwell")
+    assert (page.state.units, page.state.pressure) == ("SI", 2e5)
+    assert page.scene.equilibrium is not None
+    # k of the card's sheet: E h^3 / (12 (1 - nu^2)).
+    assert page.state.k == pytest.approx(1.5e9 * 40e-6**3 / (12.0 * (1.0 - 0.4**2)))
+    page.controls.numbers["pressure"].slider.value *= 0.9
+    pump(page)
+    assert begin.value == ""
+    begin.value = "Figure 6: β₀ = 10"
+    pump(page)
+    assert (page.state.beta0, page.state.label) == (10.0, "unfolded")
+    assert begin.value == "Figure 6: β₀ = 10"
+    groups = cast(dict[str, list[str]], begin.options)
+    named = groups["Cards of problems/"]
+    assert "Aortic media flap, circumferential" in named
+    assert len(named) >= 8
+
+
+def test_the_page_says_what_it_is_and_what_its_letters_mean() -> None:
+    page = opened(submit=never)
+    said = cast(Any, page.doc.get_model_by_name("header")).text
+    for letter in "TFMDYPC":
+        assert f"<dt>{letter}</dt>" in said
+    assert "<h1>" in said
+    drawn = {text[0] for each in page.panels.pictures for text in each.marks.data["letter"] if text}
+    assert drawn
+    for letter in drawn:
+        assert f"<dt>{letter}</dt>" in said
+    for picture in page.panels.pictures:
+        assert cast(Any, page.doc.get_model_by_name(f"caption-{picture.figure.name}")).text.endswith(".")
 
 
 def test_a_state_that_does_not_exist_offers_the_nearest() -> None:

@@ -27,6 +27,7 @@ from ...plots.words import plain
 from . import look
 from .curves import Curve
 from .moves import SI_UNITS, span, units
+from .presets import name_of, presets
 from .state import CHOICES, State
 
 #: Symbols of the numbers of a rod that a slider gives.
@@ -178,7 +179,16 @@ class Controls:
             name="label",
             stylesheets=_style(),
         )
-        self.label.on_change("value", self._picked(on_choice))
+        self.label.on_change("value", self._picked("label", on_choice))
+        self.begin = Select(
+            title="Begin with",
+            options={"": [("", "…")], **{head: list(group) for head, group in presets().items() if group}},
+            value="",
+            sizing_mode="stretch_width",
+            name="begin",
+            stylesheets=_style(),
+        )
+        self.begin.on_change("value", self._picked("begin", on_choice))
         self.play = Toggle(
             label="▶ Play sweep",
             sizing_mode="stretch_width",
@@ -214,6 +224,7 @@ class Controls:
             stylesheets=_style(),
         )
         self.box = Column(
+            self.begin,
             boxes["units"],
             boxes["given"],
             self.rod_box,
@@ -242,10 +253,10 @@ class Controls:
 
         return changed
 
-    def _picked(self, on_choice: Callable[[str, str], None]) -> Callable[..., None]:
+    def _picked(self, field: str, on_choice: Callable[[str, str], None]) -> Callable[..., None]:
         def changed(_attribute: str, _old: str, new: str) -> None:
             if not self._quiet:
-                on_choice("label", new)
+                on_choice(field, new)
 
         return changed
 
@@ -280,6 +291,7 @@ class Controls:
         for field, group in self.groups.items():
             group.active = CHOICES[field].index(getattr(state, field))
         self.label.value = state.label
+        self.begin.value = name_of(state)
         in_si, groups = state.units == "SI", state.given == "groups"
         visible = {
             "beta0": groups,

@@ -19,8 +19,8 @@ const fit = () => {
     const columns = wide >= TWO_COLUMNS ? 2 : 1, left = beside ? LEFT : NARROW_LEFT
     const room = (wide - (beside ? SIDE + 14 : 8)) / columns - left - RIGHT - 4
     // No larger than what shows all rows at once, where the window has a row for each.
-    const high = (innerHeight - 90) / 2 - 110
-    const seen = beside ? Math.max(FRAME_WIDTH, high * FRAME_WIDTH / FRAME_HEIGHT) : room
+    const high = (innerHeight - 140) / 2 - 148
+    const seen = beside ? Math.max(0.85 * FRAME_WIDTH, high * FRAME_WIDTH / FRAME_HEIGHT) : room
     const frame_width = Math.max(Math.floor(Math.min(room, seen)), 120)
     const frame_height = Math.round(frame_width * FRAME_HEIGHT / FRAME_WIDTH)
     figures.forEach((figure, i) => {

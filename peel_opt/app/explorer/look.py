@@ -18,6 +18,7 @@ TOUCH = 40
 
 
 GLOBAL = """
+html { overflow-y: scroll; }
 body { margin: 0; background: #FFFFFF; font-family: system-ui, "DejaVu Sans", Arial, sans-serif; }
 """
 
@@ -52,12 +53,12 @@ PAGE = f"""
   display: grid !important; width: 100% !important; box-sizing: border-box;
   gap: 6px; padding: 4px; margin: 0 !important;
   grid-template-columns: {SIDE}px minmax(0, 1fr);
-  grid-template-rows: auto 1fr;
-  grid-template-areas: "controls main" "trust main";
+  grid-template-rows: auto auto 1fr;
+  grid-template-areas: "header header" "controls main" "trust main";
 }}
 @media (max-width: {BESIDE - 1}px) {{
   :host {{ grid-template-columns: minmax(0, 1fr); grid-template-rows: none;
-    grid-template-areas: "controls" "main" "trust"; }}
+    grid-template-areas: "header" "controls" "main" "trust"; }}
 }}
 """
 
@@ -78,6 +79,32 @@ PANELS = f"""
   display: grid !important; grid-template-columns: repeat(2, max-content); gap: 6px 0; align-items: end;
 }}
 @media (max-width: {TWO_COLUMNS - 1}px) {{ :host {{ grid-template-columns: max-content; }} }}
+"""
+
+HEADER = f"""
+:host {{ grid-area: header; width: auto !important; color: {INK}; font-size: {FONT}; }}
+h1 {{ font-size: 20px; margin: 0 14px 0 0; display: inline; }}
+p {{ display: inline; color: {FAINT}; line-height: 1.35; }}
+summary {{ cursor: pointer; padding: 3px 0; color: #1F4E79; }}
+summary:focus-visible {{ outline: 3px solid #E69F00; outline-offset: 1px; }}
+dl {{
+  display: grid; grid-template-columns: repeat(auto-fill, minmax(min(300px, 100%), 1fr)); margin: 2px 0 6px;
+}}
+dl div {{ display: flex; gap: 8px; }}
+dt {{ font-weight: bold; width: 14px; }}
+dd {{ margin: 0; }}
+@media (pointer: coarse), (max-width: {BESIDE - 1}px) {{
+  p {{ display: block; margin: 2px 0; }}
+  summary {{ min-height: {TOUCH}px; line-height: {TOUCH}px; padding: 0; }}
+}}
+"""
+
+#: Under a panel, as wide as its frame; two lines, so that panels in a row stay in line.
+CAPTION = f"""
+:host {{
+  width: auto !important; contain: inline-size; box-sizing: border-box; min-height: 34px;
+  margin: 0 {RIGHT}px 4px {NARROW_LEFT}px !important; font-size: 12px; line-height: 1.3; color: {FAINT};
+}}
 """
 
 #: As wide as the device, not as wide as a desk.

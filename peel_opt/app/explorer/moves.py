@@ -16,6 +16,7 @@ from ...plots.diagram import coordinates
 from ...plots.words import AxisUnit, length_unit, pressure_unit
 from .curves import Curve, window
 from .loops import LoopFrame, LoopSweep
+from .presets import begun
 from .screen import Screen
 from .state import CHOICES, State
 
@@ -28,6 +29,8 @@ FARTHEST_BETA0 = 60.0
 
 def chosen(state: State, field: str, value: str, eq: Equilibrium | None) -> State:
     """Return the state after a choice; another question is asked about ``eq``, the same state."""
+    if field == "begin":
+        return begun(value, state) or state
     if field == "units":
         return state.switched(value)
     if field == "given":

@@ -31,6 +31,7 @@ from ...plots import style
 from ...plots.panels import Arrows, Line, Mark, Panel
 from ...plots.words import plain
 from . import look
+from .help import caption, header
 from .screen import Screen
 from .texts import headline, text_box, wrapped
 
@@ -283,7 +284,7 @@ class FourPanels:
         self.headline = text_box("headline", "status")
         self.headline.styles = {**self.headline.styles, "min-height": "42px"}  # panels stay where they are
         self.grid = Column(
-            *self.named.values(),
+            *(Column(each.figure, caption(each.figure.name), spacing=0) for each in self.pictures),
             name="panels",
             styles={"background": look.PAPER},  # of the saved picture too
             stylesheets=[InlineStyleSheet(css=look.PANELS)],
@@ -312,6 +313,7 @@ class FourPanels:
             stylesheets=[InlineStyleSheet(css=look.MAIN)],
         )
         return Column(
+            header(),
             controls,
             main,
             trust,
