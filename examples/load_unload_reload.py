@@ -36,8 +36,9 @@ def main(picture: str | None = None) -> dict[str, float]:
         loops.set(xlabel=r"detached length $\bar{s}/\eta$", ylabel="pressure $p/T_0$")
         loops.set(xlim=(2.0, 6.0), ylim=(0.0, 1.0))
         spent.set(xlabel=r"time [$c\,\eta/T_0$]", ylabel=r"dissipated energy [$T_0\eta^2$]")
-        for axes in (loops, spent):
-            axes.legend(frameon=False, fontsize=9)
+        # No corner of the loops is free of curves.
+        loops.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+        spent.legend(frameon=False, fontsize=9)
         save_figure(figure, picture, dpi=100)
     return {
         "stops at": float(damaged.front[damaged.t < LOAD[0][1]][-1]),

@@ -27,6 +27,8 @@ from .analysis.unbonded import critical_flaw as critical_flaw
 from .analysis.unbonded import safe_pressure as safe_pressure
 from .analysis.unfolding import Unfolding as Unfolding
 from .analysis.unfolding import unfolding as unfolding
+from .analysis.volume_limits import VolumeLimit as VolumeLimit
+from .analysis.volume_limits import volume_limits as volume_limits
 from .base.errors import (
     AmbiguousState as AmbiguousState,
 )

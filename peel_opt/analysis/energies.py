@@ -27,6 +27,7 @@ from ..base.errors import InvalidInput, NotConverged
 from ..base.quadrature import Grid, gauss
 from ..base.threads import one_thread
 from ..continuation.family import Family
+from ..continuation.points import Point
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import discretised, law_of, transcription_of, walked
 from ..equilibria.result import Equilibrium
@@ -160,12 +161,10 @@ def _along(branch: Branch) -> Energies:
             "energies are counted from T on, along the branch of one rod.",
             remedy="Use trace(rod), under a law that is smooth at u = 0.",
         )
-    law = law_of(branch)
-    family = Family(law, transcription_of(branch), Closure("ratio", branch.held))
-    rows = []
+    family, rows = family_along(branch), []
     for i, tangent in enumerate(branch.solutions.tangents):
         problem, x = discretised(branch, i)
-        rows.append(_rates(law, problem, x, tangent))
+        rows.append(_rates(family.law, problem, x, tangent))
     U, Phi, dU, dPhi, dS, dA = np.array(rows).T
     P = branch.pressure_ratio
     areas, errors = _areas(branch, family, dS / dA)
@@ -176,21 +175,34 @@ def _along(branch: Branch) -> Energies:
     return Energies(branch.A, P, U, Phi, swept, float(np.sum(errors)), imbalance)
 
 
+def family_along(branch: Branch) -> Family:
+    """Return the family of equilibria that a branch of a rod is a walk along."""
+    return Family(law_of(branch), transcription_of(branch), Closure("ratio", branch.held))
+
+
+def swept_rate(family: Family, here: Point, there: Point, A: float) -> tuple[float, Point]:
+    """Return dS/dA where the tip has turned by A, between two neighbouring points, and the point there.
+
+    Raises
+    ------
+    NotConverged
+        If there is no solution.
+    """
+    ends = {p.scalars.A: p for p in (here, there)}
+    point = ends.get(A) or family.at(here, there, Closure("amplitude", A))
+    if point is None:
+        raise NotConverged("the branch could not be solved between its points.", remedy="Trace more points.")
+    *_, dS, dA = _rates(family.law, point.problem, point.x, point.tangent)
+    return dS / dA, point
+
+
 def _areas(branch: Branch, family: Family, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Area swept between neighbouring points, by Gauss's rule, and its distance from Simpson's."""
     nodes, weights = gauss(3)
     areas, errors = [], []
     for i, (here, there) in enumerate(pairwise(walked(branch))):
         a, b = float(branch.A[i]), float(branch.A[i + 1])
-        inside = []
-        for node in nodes:
-            point = family.at(here, there, Closure("amplitude", a + (b - a) * node))
-            if point is None:
-                raise NotConverged(
-                    "the branch could not be solved between its points.", remedy="Trace more points."
-                )
-            *_, dS, dA = _rates(family.law, point.problem, point.x, point.tangent)
-            inside.append(dS / dA)
+        inside = [swept_rate(family, here, there, a + (b - a) * node)[0] for node in nodes]
         area = (b - a) * float(weights @ inside)
         simpson = (b - a) / 6.0 * (rate[i] + 4.0 * inside[1] + rate[i + 1])
         areas.append(area)
