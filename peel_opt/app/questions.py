@@ -17,7 +17,7 @@ from ..equilibria.methods import as_method
 from ..equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_question import posed
-from ..equilibria.scenes import SCENE_STATES, plain_law, refuse_options, solve
+from ..equilibria.scenes import SCENE_STATES, plain_law, refuse_options, scene_method, solve
 from ..model.labels import STATES, known_state
 from ..model.rod import Rod
 from ..model.scene import Scene
@@ -194,9 +194,10 @@ class QuestionTable(CardTable):
         return partial(critical_flaw, rod, pressure, law=law)
 
     def _posed_of_a_scene(self, scene: Scene) -> Posed:
-        refuse_options(law=self.law or "auto", method=self.method or "auto")
+        refuse_options(law=self.law or "auto")
+        scene_method(self.method or "auto")
         state = known_state(self.state, among=SCENE_STATES)
-        options = self._options(state=state, law=None, method=None)
+        options = self._options(state=state, law=None)
         if self.free is None:
             asks: dict[str, Callable[..., Equilibrium]] = {
                 "pressure": length_given_pressure,

@@ -17,8 +17,8 @@ from ..model.scene import Scene
 from ..model.tips import Middle
 from ..residual.closures import Closure
 from ..residual.discretisation import PROFILE_POINTS, chebyshev
-from ..residual.scene_fields import REACHES, SAMPLED
 from ..residual.scene_spectral import SceneProfile
+from ..residual.scene_system import REACHES, SAMPLED
 
 #: The root of tan(g) = tanh(g) at which a symmetric strip leaves its wall, sbar = g (k y0/T0)^(1/4).
 STRIP = 3.926602312047919

@@ -16,7 +16,7 @@ from ..residual.discretisation import Transcription
 from .methods import Method, as_method, certify, solve_to_tolerance
 from .question import Question, rod_questions
 from .result import Equilibrium
-from .scenes import plain_law, refuse_options, states_of_scene
+from .scenes import plain_law, refuse_options, scene_method, states_of_scene
 from .search import FoundState, StateSearch, close
 from .states import States
 
@@ -120,17 +120,17 @@ def equilibria(
 def _of_scene(
     scene: Scene,
     law: object,
-    method: object,
+    method: str | Method | Transcription,
     tol: float,
     numbers: dict[str, float | None],
 ) -> States:
     """Return the states on the branches of a scene."""
-    refuse_options(law="auto" if law is None else law, method="auto" if method == "spectral" else method)
+    refuse_options(law="auto" if law is None else law)
     given = {name: value for name, value in numbers.items() if value is not None}
     if len(given) != 1 or not given.keys() <= {"pressure", "length"}:
         raise InvalidInput("give one of pressure and length with a scene.")
     ((name, value),) = given.items()
-    found = states_of_scene(scene, name, value, tol)
+    found = states_of_scene(scene, name, value, tol, scene_method(method))
     return States(sorted(found, key=lambda eq: (eq.pressure_ratio, eq.length_ratio, eq.tip_angle)))
 
 

@@ -12,8 +12,9 @@ from ..continuation.scene_family import SceneFamily
 from ..model.dimension import LENGTH, TRACTION, Dimension
 from ..model.scene import Scene
 from ..residual.closures import Closure
-from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
-from ..residual.spectral import Spectral
+from ..residual.scene_intervals import SceneIntervals
+from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral, SceneTranscription
+from ..residual.transcriptions import Collocation, Shooting, Spectral, Transcription
 
 #: What every scene has.
 COMMON = {"pressure": TRACTION, "length": LENGTH}
@@ -55,6 +56,13 @@ class SceneQuestion:
     def number(self) -> str | None:
         """The free number, where it is one of the scene's."""
         return None if self.free in COMMON else self.free
+
+    def transcription(self, mesh: Transcription) -> SceneTranscription:
+        """Return the way to discretise the scene that is this one of the paper's."""
+        if isinstance(mesh, Spectral):
+            return SceneSpectral(self.scene, mesh, self.number)
+        assert isinstance(mesh, Shooting | Collocation)
+        return SceneIntervals(self.scene, mesh, self.number)
 
     def family(self, mesh: Spectral) -> SceneFamily:
         """Return the curve of states on which the answer lies."""

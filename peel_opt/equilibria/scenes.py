@@ -20,19 +20,29 @@ from ..base.errors import (
 )
 from ..base.threads import one_thread
 from ..continuation.primary import Candidate
-from ..continuation.scene_family import SceneBranch, SceneFamily, scene_branches
+from ..continuation.scene_family import SceneBranch, scene_branches
 from ..model.bond import CohesiveLaw
 from ..model.dimension import DOMAINS, FORCE
 from ..model.labels import OBSERVABLE, fits, known_state
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
+from ..residual import programme
 from ..residual.accuracy import HEIGHT_NOISE, response_to
 from ..residual.closures import READINGS, Closure
 from ..residual.linear import Linearised
 from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
+from ..residual.programme import Ipopt
 from ..residual.scene_certificate import certificate_of
-from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSolution
+from ..residual.scene_phases import scene_layout
+from ..residual.scene_spectral import (
+    SceneDiscretisation,
+    SceneProfile,
+    SceneSolution,
+    SceneTranscription,
+)
+from ..residual.transcriptions import Transcription
+from .methods import METHODS, Method, as_method
 from .result import Equilibrium, Stats
 from .scene_question import COMMON, SceneQuestion, posed
 from .select import far_from
@@ -61,6 +71,7 @@ def solve(
     free: str,
     state: str | None = None,
     near: float | None = None,
+    method: str | Method | Transcription = "auto",
     tol: float = 1e-8,
     throw: bool = True,
     **given: float,
@@ -79,6 +90,9 @@ def solve(
         there is one, that goes on from the attached rod; else the unfolded state of lowest pressure.
     near : float, optional
         Pick the state whose free number is nearest, in the units of the rod.
+    method : str, Method or Transcription
+        "auto", which is "spectral", "collocation", "shooting" (multiple shooting by IPOPT), or one of them
+        configured, whose mesh is then not refined.  All start from a state of the spectral form.
     tol : float
         Largest error of the answer over its unit of T0 and eta, and largest certificate.
     throw : bool
@@ -103,7 +117,7 @@ def solve(
         If the answer is out of reach.
     """
     try:
-        return _solve(scene, free, state, near, positive("tol", tol), given)
+        return _solve(scene, free, state, near, scene_method(method), positive("tol", tol), given)
     except PeelOptError as error:
         if throw:
             raise
@@ -112,7 +126,13 @@ def solve(
 
 
 def _solve(
-    scene: Scene, free: str, state: str | None, near: float | None, tol: float, given: dict[str, float]
+    scene: Scene,
+    free: str,
+    state: str | None,
+    near: float | None,
+    method: Method,
+    tol: float,
+    given: dict[str, float],
 ) -> Equilibrium:
     began = time.perf_counter()
     state = known_state(state, among=SCENE_STATES)
@@ -121,7 +141,7 @@ def _solve(
     branches = scene_branches(question.family(SCENES))
     chosen, profile = _chosen(question, branches, state, wanted)
     walked = sum(len(branch.points) for branch in branches)
-    found = answered(question, profile, chosen, tol, walked, began)
+    found = answered(question, profile, chosen, tol, walked, began, method)
     return require_certified(question, replace(found, flags=found.flags + far_from(wanted, found.answer)))
 
 
@@ -151,7 +171,7 @@ def ask_scene(
     law: object = "auto",
     state: str | None = None,
     near: float | Equilibrium | None = None,
-    method: object = "auto",
+    method: str | Method | Transcription = "auto",
     tol: float = 1e-8,
     throw: bool = True,
 ) -> Equilibrium:
@@ -164,7 +184,7 @@ def ask_scene(
     value : float
         In the units of the rod.
     law, state, near, method, tol, throw
-        As in `pressure_given_length`; ``law`` and ``method`` are left at "auto".
+        As in `pressure_given_length`; ``law`` is left at "auto".
 
     Returns
     -------
@@ -173,23 +193,41 @@ def ask_scene(
     Raises
     ------
     InvalidInput
-        If ``law`` or ``method`` is given, too.
+        If ``law`` is given, too.
     """
-    refuse_options(law=law, method=method)
+    refuse_options(law=law)
     (free,) = COMMON.keys() - {given}
     beside = getattr(near, free) if isinstance(near, Equilibrium) else near
-    return solve(scene, free=free, state=state, near=beside, tol=tol, throw=throw, **{given: value})
+    return solve(
+        scene, free=free, state=state, near=beside, method=method, tol=tol, throw=throw, **{given: value}
+    )
 
 
 def refuse_options(**options: object) -> None:
     """Raise where a question about a scene names what the scene has, or what is for rods only."""
     words = {
         "law": "a scene has its own law: give it as Scene(..., law=...).",
-        "method": "a scene is solved in the spectral form, on meshes as fine as its tolerance asks for.",
     }
     for name, value in options.items():
         if value != "auto":
             raise InvalidInput(f"{name} cannot be given here: {words[name]}", remedy=f"Leave out {name}=.")
+
+
+def scene_method(method: str | Method | Transcription) -> Method:
+    """Return the method a caller named or configured for a scene.
+
+    Raises
+    ------
+    InvalidInput
+        If it is the series.
+    """
+    chosen = as_method(method)
+    if chosen.transcription is None:
+        raise InvalidInput(
+            "method cannot be given here as 'series': the closed form is that of the plain rod.",
+            remedy="Choose spectral, collocation or shooting.",
+        )
+    return chosen
 
 
 def plain_law(scene: Scene) -> str | CohesiveLaw:
@@ -198,7 +236,7 @@ def plain_law(scene: Scene) -> str | CohesiveLaw:
 
 
 @one_thread
-def states_of_scene(scene: Scene, given: str, value: float, tol: float) -> list[Equilibrium]:
+def states_of_scene(scene: Scene, given: str, value: float, tol: float, method: Method) -> list[Equilibrium]:
     """Return all states on the branches of a scene at a pressure or a length, labelled.
 
     One that is not certified to ``tol`` is among them, with its status.
@@ -215,7 +253,7 @@ def states_of_scene(scene: Scene, given: str, value: float, tol: float) -> list[
             began, profile = time.perf_counter(), candidate.profile
             assert isinstance(profile, SceneProfile)
             walked = len(branch.points)
-            found.append(answered(question, profile, candidate.state, tol, walked, began))
+            found.append(answered(question, profile, candidate.state, tol, walked, began, method))
     return found
 
 
@@ -344,59 +382,86 @@ def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBran
 
 
 def answered(
-    question: SceneQuestion, profile: SceneProfile, state: str, tol: float, walked: int, began: float
+    question: SceneQuestion,
+    profile: SceneProfile,
+    state: str,
+    tol: float,
+    walked: int,
+    began: float,
+    method: Method = METHODS["auto"],
 ) -> Equilibrium:
-    """Solve on finer and finer meshes until error and certificate meet the tolerance."""
-    family, given = question.family(SCENES), question.closures
-    problem, first = _corrected(family, profile, given)
-    x, refinements, iterations, before = first.x, 0, first.iterations, 0.0
+    """Solve on finer and finer meshes until error and certificate meet the tolerance.
+
+    A mesh that was given stays, and one refinement tells its error.
+    """
+    mesh, given = method.transcription, question.closures
+    assert mesh is not None
+    problem, first = _corrected(question.transcription(mesh), profile, given, method.ipopt)
+    refinements, iterations, before = 0, first.iterations, 0.0
     while True:
         refinements += 1
-        finer = question.family(problem.settings.mesh.refined())
-        fine, solved = _corrected(finer, problem.profile(x), given)
-        there = solved.x
-        iterations += solved.iterations
-        at = Linearised.at(fine, there, *given)
-        own = response_to(at, solved.update, question.weights(fine, there), question.read(fine, there))
-        difference = _difference(question, (problem, x), (fine, there), own.leverage)
+        fine, second = _corrected(problem.settings.refined(), problem.profile(first.x), given)
+        iterations += second.iterations
+        kept, solved = (fine, second) if method.adaptive else (problem, first)
+        at = Linearised.at(kept, solved.x, *given)
+        own = response_to(at, solved.update, question.weights(kept, solved.x), question.read(kept, solved.x))
+        difference = _difference(question, (problem, first.x), (fine, second.x), own.leverage)
+        # No refinement gains more than the order: a smaller difference is luck.
+        difference = max(difference, before / problem.settings.most_gain)
         seen = 0.1 * before / difference if difference > 0.0 else 0.0
-        gain = max(problem.settings.gain_at(problem, x), seen)
+        gain = max(problem.settings.gain_at(problem, first.x), seen)
         if difference <= own.rounding:  # what two meshes agree on needs no gain, which is noise there
             left = difference
-        else:
+        elif method.adaptive:
             left = difference / (gain - 1.0) if gain > 1.0 else math.inf
+        else:
+            left = difference / (1.0 - 1.0 / gain) if gain > 1.0 else math.inf
         error = left + own.rounding
-        problem, x, before = fine, there, difference
-        missed = certificate_of(problem, x)
+        problem, first, before = fine, second, difference
+        missed = certificate_of(kept, solved.x)
         done = error <= tol and missed <= tol
-        if done or refinements == MOST_REFINEMENTS or difference <= own.rounding:
+        ended = refinements == MOST_REFINEMENTS or difference <= own.rounding
+        if done or ended or not method.adaptive:
             break
     stats = Stats(
-        method=f"{problem.settings.mesh!r}",
+        method=f"{kept.settings.mesh!r}",
         seconds=time.perf_counter() - began,
         iterations=iterations,
-        unknowns=problem.size,
+        unknowns=kept.size,
         refinements=refinements,
         path_points=walked,
         condition=own.condition,
     )
-    return report(question, problem, x, state, error, missed, tol, stats)
+    return report(question, kept, solved.x, state, error, missed, tol, stats)
 
 
 def _corrected(
-    family: SceneFamily, profile: SceneProfile, given: tuple[Closure, ...]
+    transcription: SceneTranscription,
+    profile: SceneProfile,
+    given: tuple[Closure, ...],
+    ipopt: Ipopt | None = None,
 ) -> tuple[SceneDiscretisation, Correction]:
-    plan = family.phases_of(profile)
-    problem = family.transcription.discretise(plan.phases)
-    assert isinstance(problem, SceneDiscretisation)
-    result = correct(problem, problem.pack(profile.rephased(plan.breaks)), given)
+    """Solve from a profile: by Newton's method, or by IPOPT and what Newton's has left to do."""
+    plan = scene_layout(profile)
+    problem = transcription.discretise(plan.phases)
+    start, before = problem.pack(profile.rephased(plan.breaks)), 0
+    if ipopt is not None:
+        solved = programme.solve(problem, start, given, ipopt)
+        if not solved.solved:
+            raise NotConverged(
+                f"IPOPT stopped with {solved.status} after {solved.iterations} iterations"
+                f" on {transcription.mesh!r} with {problem.size} unknowns of the scene.",
+                remedy="Try a finer mesh, or method='spectral'.",
+            )
+        start, before = solved.x, solved.iterations
+    result = correct(problem, start, given)
     if not result.converged:
         raise NotConverged(
             f"Newton's method did not converge on {problem.size} unknowns of the scene"
             f" (last relative update {result.step:.1e}).",
             remedy="Move the given number a little.",
         )
-    return problem, result
+    return problem, replace(result, iterations=result.iterations + before)
 
 
 def _difference(

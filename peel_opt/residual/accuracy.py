@@ -33,7 +33,6 @@ from ..model.groups import PI4
 from .closures import Closure
 from .discretisation import Discretisation, Profile, Transcription
 from .linear import Linearised, gradient
-from .shooting import ShootingDiscretisation
 from .spectral import Spectral, SpectralDiscretisation
 
 #: Height below which a tip lies on the plate, as a share of the largest.
@@ -217,6 +216,5 @@ def _response(at: Linearised, unsettled: float, own: np.ndarray, value: float) -
 def units_lost(problem: Discretisation, count: int) -> np.ndarray:
     """Units in the last place of its terms that each of ``count`` equations of this problem may lose."""
     units = np.full(count, UNITS)
-    if isinstance(problem, ShootingDiscretisation):
-        units[problem.defects] = UNITS_OF_STAGES
+    units[problem.defects] = UNITS_OF_STAGES
     return units

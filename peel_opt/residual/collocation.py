@@ -25,7 +25,7 @@ from ..base.quadrature import gauss, integration_matrix
 from ..model.bond import Piece
 from ..model.equations import Scalars, bending, rhs, sin_over, symbolic, vertical_load
 from .discretisation import Discretisation, FixedOrder, Phases, Profile, switch_equations
-from .mesh import QUANTUM, equidistributing, uniform
+from .mesh import QUANTUM, RESOLUTION, equidistributing, uniform
 from .shooting import runge_kutta, tableau
 
 MESHES = ("adapted", "uniform")
@@ -153,7 +153,9 @@ class CollocationDiscretisation(Discretisation):
     def _breaks(self, profile: Profile, phase: int) -> np.ndarray:
         if self.settings.mesh == "uniform":
             return uniform(self.settings.intervals)
-        return equidistributing(profile, phase, self.settings.intervals)
+        Theta, _, nx, ny, _ = profile.in_phase(phase, np.linspace(0.0, 1.0, RESOLUTION)).T
+        curl = np.asarray(bending(Theta, nx, ny, profile.scalars)).ravel()
+        return equidistributing(curl, self.settings.intervals)
 
     def pack_fields(self, profile: Profile) -> np.ndarray:
         """Fields at the mesh points, Theta'' at the stages and the mesh itself."""

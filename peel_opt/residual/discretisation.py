@@ -142,6 +142,9 @@ class Discretisation(ABC):
     #: The transcription, where a finer one of its kind may be wanted.
     settings: Transcription | None = None
 
+    #: Equations that an integrator closes.
+    defects = slice(0, 0)
+
     def __init__(self, phases: Phases, field_count: int, extra: int = 0) -> None:
         self.phases = phases
         self.field_count = field_count

@@ -6,9 +6,6 @@ import math
 
 import numpy as np
 
-from ..model.equations import bending
-from .discretisation import Profile
-
 #: Points per phase on which a shape is looked at.
 RESOLUTION = 257
 
@@ -22,8 +19,14 @@ SMOOTHED = 0.5
 QUANTUM = 2.0**-30
 
 
-def equidistributing(profile: Profile, phase: int, intervals: int) -> np.ndarray:
+def equidistributing(curl: np.ndarray, intervals: int) -> np.ndarray:
     """Breakpoints 0 < zeta < 1 of one phase that crowd where the shape changes fast.
+
+    Parameters
+    ----------
+    curl : ndarray
+        Theta'' of the phase at equal distances, both ends included.
+    intervals : int
 
     The monitor is Theta'', and its derivative where it changes sign.  Where a layer decays like
     exp(-k xi) all derivatives are proportional to these, and the power of the monitor decides how
@@ -36,12 +39,10 @@ def equidistributing(profile: Profile, phase: int, intervals: int) -> np.ndarray
     hundred.  So the monitor is averaged over about an interval.  Averaged more, the mesh no longer
     follows thin layers.
     """
-    zeta = np.linspace(0.0, 1.0, RESOLUTION)
-    Theta, _, nx, ny, _ = profile.in_phase(phase, zeta).T
-    curl = np.asarray(bending(Theta, nx, ny, profile.scalars)).ravel()
+    zeta = np.linspace(0.0, 1.0, len(curl))
     change = np.gradient(curl, zeta)
     monitor = sum(np.abs(part) / (np.max(np.abs(part)) or 1.0) for part in (curl, change))
-    density = np.sqrt(_averaged(monitor, SMOOTHED * (RESOLUTION - 1) / intervals) + FLOOR)
+    density = np.sqrt(_averaged(monitor, SMOOTHED * (len(curl) - 1) / intervals) + FLOOR)
     share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     return quantised(np.interp(np.arange(1, intervals) / intervals, share / share[-1], zeta))
 

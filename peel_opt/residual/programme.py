@@ -83,7 +83,7 @@ def build(
     the given values follow.  One solver serves all values of a structure.  With ``minimise``
     the objective is lambda; otherwise it is constant and the problem square.
     """
-    n, k = problem.size, problem.size - 2 + len(kinds)
+    n, k = problem.size, problem.expression.shape[0] + len(kinds)
     z, p = ca.MX.sym("z", n), ca.MX.sym("p", n + k + len(kinds))
     unknowns = z * p[:n]
     scalars = Scalars(*ca.vertsplit(unknowns[problem.tail]))

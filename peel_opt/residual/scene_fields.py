@@ -21,17 +21,12 @@ import casadi as ca
 import numpy as np
 
 from ..model.bond import Piece
-from ..model.equations import SCALARS, Scalars
+from ..model.equations import Scalars
 from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
+from .scene_system import SceneSystem
 from .traced import Traced, integrated, pointwise, stacked
-
-#: Stretches of the attached rod on its layer, in lengths of decay: beyond their sum nothing is left.
-REACHES = (4.0, 6.0, 8.0, 12.0)
-
-#: What a profile has of a scene: fields over the amplitude, then position and slip over the length.
-SAMPLED = ("Theta", "K", "nx", "ny", "Y", "x", "slip")
 
 
 class SceneFields:
@@ -70,7 +65,7 @@ class SceneFields:
         known: Sequence[str],
     ) -> None:
         self.scene, self.phases, self.chain = scene, phases, chain
-        self.names, self.given, self.known = tuple(names), given, tuple(known)
+        self.system, self.given = SceneSystem(scene, tuple(names), tuple(known)), given
         self.size, n = x.shape[0], chain.shape[1]
         self.nodes, self.local = n, parts["fields"].stop // len(phases)
         self.stretches = n // self.local
@@ -92,17 +87,17 @@ class SceneFields:
         spread = np.kron(np.eye(self.stretches), np.ones((self.local, 1)))
         self.h = Traced(ca.mtimes(spread, self.lengths.values), ca.mtimes(spread, self.lengths.gradient))
 
-        bend, zero = self._of([self._constant(0.0)], self._at_the_tip)
+        bend, zero = self._of([self._constant(0.0)], self.system.at_the_tip)
         self.tip_curvature, self.tip_inclination = bend, zero
         self.K, self.Theta = self._turned(chain)
         self.xi = integrated(chain, self.h, self._constant(1.0, n))
-        (self.theta,) = self._of([self.Theta, self.xi], self._inclined)
-        self.rates = self._of([self.theta[:n], *self.strain], self._moving)
+        (self.theta,) = self._of([self.Theta, self.xi], self.system.inclined)
+        self.rates = self._of([self.theta[:n], *self.strain], self.system.moving)
         self.x, self.y, self.slip = self._places(chain)
-        loads = [self._at(part, self._loaded) for part in self._parts]
-        loads += [self._at(part, self._attached) for part in self._parts_attached]
+        loads = [self._at(part, self.system.loaded) for part in self._parts]
+        loads += [self._at(part, self.system.attached) for part in self._parts_attached]
         self.loads = [stacked(parts) for parts in zip(*loads, strict=True)]
-        self.pulls = self._at(self.tip, self._pulled)
+        self.pulls = self._at(self.tip, self.system.pulled)
         self.N = [
             self._from_tip(chain, load, pull) for load, pull in zip(self.loads, self.pulls, strict=True)
         ]
@@ -111,18 +106,18 @@ class SceneFields:
         """Bending at the nodes, the front, Theta(1) = 0, the switches, and what the tip adds."""
         n = self.nodes
         at_nodes = [self.theta[:n], *(N[:n] for N in self.N)]
-        (bend,) = self._of([*at_nodes, *self.strain], self._bending)
+        (bend,) = self._of([*at_nodes, *self.strain], self.system.bending)
         if self.scene.layer is None:
-            (front,) = self._of([self.K[self.edge], self.N[0][self.edge]], self._front)
+            (front,) = self._of([self.K[self.edge], self.N[0][self.edge]], self.system.front)
         else:
             (front,) = self._at(self.edge, lambda at, q, _: [self.scene.yielding(at, q)])
         rows = [self.curl - bend, front, self.Theta[self.far]]
         if self.strain:
-            (due,) = self._of(at_nodes, self._strained)
+            (due,) = self._of(at_nodes, self.system.strained)
             rows.append(self.strain[0] - due)
         for j, (a, b) in enumerate(pairwise(self.phases)):
             end = slice(n + j, n + j + 1)
-            rows += self._at(end, self._switched(a, b))
+            rows += self._at(end, self.system.switched(a, b))
         if self.scene.reactions:
             rows += self._at(self.tip, lambda at, q, _: self.scene.tip_equations(at, q))
         return stacked(rows)
@@ -132,7 +127,7 @@ class SceneFields:
         K, Theta = self._turned(chain)
         x, y, slip = self._places(chain)
         N = [self._from_tip(chain, load, pull) for load, pull in zip(self.loads, self.pulls, strict=True)]
-        return [Theta, K, *self._of([*N, y, x, slip], self._over_amplitude)]
+        return [Theta, K, *self._of([*N, y, x, slip], self.system.over_amplitude)]
 
     def work(self) -> Traced:
         """Return the integral of what the loads put into the identity."""
@@ -172,87 +167,7 @@ class SceneFields:
         """Integrate from the tip."""
         return integrated(chain, self.h, rate) + start
 
-    # -- what happens at a point
-
-    def _at_the_tip(self, _: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """K(0) and Theta(0)."""
-        return self.scene.tip_start(s.A, s.sigma, q)
-
-    def _inclined(self, at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """Return theta, that of the wall and the rest."""
-        Theta, xi = at
-        return [s.A * Theta + self.scene.wall.curvature_of(q) * s.sigma * (xi - 1.0)]
-
-    @staticmethod
-    def _moving(at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """Rates of x, y and slip along xi."""
-        theta, *strain = at
-        x, y, slip = ca.cos(theta), ca.sin(theta), -2.0 * ca.sin(0.5 * theta) ** 2
-        for eps in strain:
-            x, y, slip = x * (1.0 + eps), y * (1.0 + eps), slip + eps * x - q["glued_strain"]
-        return [s.sigma * x, s.sigma * y, s.sigma * slip]
-
-    def _loaded(self, at: Place, q: dict[str, Any], piece: Piece) -> Sequence[Any]:
-        """Rates of N_x and N_y along xi."""
-        return [at.sbar * force for force in self.scene.per_length(at, piece, q)]
-
-    def _attached(self, at: Place, q: dict[str, Any], _: Piece) -> Sequence[Any]:
-        """Rates of N_x and N_y along xi on the layer."""
-        return [at.sbar * force for force in self.scene.attached(at, q)]
-
-    def _reaching(self, _: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """Lengths of the stretches of the attached rod over the detached length."""
-        assert self.scene.layer is not None
-        return [reach / (self.scene.layer.decay(q) * s.sigma) for reach in REACHES]
-
-    def _switched(
-        self, before: Piece, after: Piece
-    ) -> Callable[[Place, dict[str, Any], Piece], Sequence[Any]]:
-        """Return what vanishes where one stretch ends and the next begins."""
-        return lambda at, q, _: [self.scene.switch(at, q, before, after)]
-
-    def _pulled(self, at: Place, q: dict[str, Any], _: Piece) -> Sequence[Any]:
-        """N_x and N_y at the tip."""
-        return self.scene.tip_force(at, q)
-
-    @staticmethod
-    def _bending(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
-        """Theta'' of the balance of moments."""
-        theta, Nx, Ny, *strain = at
-        bend = (Ny * ca.cos(theta) - Nx * ca.sin(theta)) * s.sigma**2 / s.A
-        return [bend * (1.0 + eps) for eps in strain] or [bend]
-
-    def _strained(self, at: Sequence[Any], _: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """The strain that the forces ask for."""
-        theta, Nx, Ny = at
-        return [self.scene.strain(Nx * ca.cos(theta) + Ny * ca.sin(theta), q)]
-
-    def _front(self, at: Sequence[Any], s: Scalars, q: dict[str, Any]) -> Sequence[Any]:
-        """The condition at the front, over the amplitude."""
-        K, Nx = at
-        return [K - (self.scene.front_curvature(Nx, q) - self.scene.wall.curvature_of(q)) * s.sigma / s.A]
-
-    @staticmethod
-    def _over_amplitude(at: Sequence[Any], s: Scalars, _: dict[str, Any]) -> Sequence[Any]:
-        """Forces and heights in the scaling of a profile."""
-        Nx, Ny, y, x, slip = at
-        return [
-            Nx * s.sigma**2 / s.A,
-            Ny * s.sigma**2 / s.A,
-            y / (s.sigma * s.A),
-            x / s.sigma,
-            slip / s.sigma,
-        ]
-
     # -- applying them
-
-    def _named(self, s: Any) -> tuple[Scalars, dict[str, Any]]:
-        """Return the four scalars, and all numbers of the scene by name."""
-        split, count = ca.vertsplit(s), len(self.names)
-        scalars = Scalars(*split[count : count + len(SCALARS)])
-        numbers = dict(zip(self.names, split[:count], strict=True))
-        numbers |= dict(zip(self.known, split[count + len(SCALARS) :], strict=True))
-        return scalars, numbers | {"pressure": scalars.pressure_ratio, "ratio": scalars.ratio}
 
     def _of(
         self,
@@ -260,7 +175,7 @@ class SceneFields:
         function: Callable[[Sequence[Any], Scalars, dict[str, Any]], Sequence[Any]],
     ) -> list[Traced]:
         """Apply a function of fields, scalars and numbers at every point."""
-        return pointwise(lambda q, s: function(q, *self._named(s)), fields, self.scalars, self.given)
+        return pointwise(lambda q, s: function(q, *self.system.named(s)), fields, self.scalars, self.given)
 
     def _at(
         self, rows: slice, function: Callable[[Place, dict[str, Any], Piece], Sequence[Any]]
@@ -295,5 +210,5 @@ class SceneFields:
             rest = rest - inner[j : j + 1]
         shares = [rest] if inner is None else [inner, rest]
         if self.scene.layer is not None:
-            shares += self._of([self._constant(0.0)], self._reaching)
+            shares += self._of([self._constant(0.0)], self.system.reaching)
         return stacked(shares) if len(shares) > 1 else rest

@@ -22,8 +22,8 @@ from ..model.scene import Scene
 from ..model.stretch import past_of
 from ..model.tips import Contact, Middle
 from .load_rates import NO_JUMP, LoadRates, Switch
-from .scene_fields import SAMPLED
 from .scene_spectral import SceneDiscretisation
+from .scene_system import SAMPLED
 
 #: What a load depends on at a material point, beside the numbers of the scene.
 FIELDS = ("theta", "x", "y", "slip", "sbar")

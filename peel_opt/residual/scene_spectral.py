@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
+from abc import ABC, abstractmethod
 from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -17,7 +19,8 @@ from ..model.scene import Scene
 from ..model.stretch import past_of
 from .discretisation import PROFILE_POINTS, Discretisation, Phases, Profile, Transcription, chebyshev
 from .meshes import SCENES
-from .scene_fields import REACHES, SAMPLED, SceneFields
+from .scene_fields import SceneFields
+from .scene_system import REACHES, SAMPLED
 from .shape import DENSE_POINTS, Shape, Solution, sample_shape
 from .spectral import Spectral, SpectralDiscretisation
 
@@ -66,13 +69,14 @@ class SceneProfile(Profile):
 
 
 @dataclass(frozen=True)
-class SceneSpectral(Transcription):
-    """Global Gauss collocation of a scene in Theta''.
+class SceneTranscription(Transcription):
+    """A way to discretise a scene.
 
     Parameters
     ----------
     scene : Scene
-    mesh : Spectral
+    mesh : Transcription
+        The same way for the paper's scene, with its settings.
     free : str, optional
         The number of the scene that is unknown.
     entered : float
@@ -82,24 +86,10 @@ class SceneSpectral(Transcription):
     """
 
     scene: Scene
-    mesh: Spectral = SCENES
+    mesh: Any
     free: str | None = None
     entered: float = 1.0
     instead: tuple[tuple[str, float], ...] = ()
-
-    @property
-    def nodes(self) -> int:
-        """Gauss nodes per element."""
-        return self.mesh.nodes
-
-    @property
-    def elements(self) -> int:
-        """Equal elements per phase."""
-        return self.mesh.elements
-
-    def gain_at(self, problem: SceneDiscretisation, x: np.ndarray) -> float:
-        """That of the mesh, on the attached rod, too, if it moves."""
-        return min(self.mesh.gain_of(x[part]) for part in (problem.fields, problem.attached) if x[part].size)
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -112,44 +102,32 @@ class SceneSpectral(Transcription):
         numbers = self.scene.entered(self.entered) | dict(self.instead)
         return {name: value for name, value in numbers.items() if name != self.free}
 
+    @abstractmethod
     def discretise(self, phases: Phases) -> SceneDiscretisation:
         """Return the compiled problem for these phases."""
-        return _discretise(self, phases)
 
-    def refined(self) -> SceneSpectral:
-        """Half as many nodes again."""
+    def refined(self) -> Self:
+        """The same on a finer mesh."""
         return replace(self, mesh=self.mesh.refined())
 
 
-class SceneDiscretisation(SpectralDiscretisation):
-    """Theta'' at the Gauss nodes of every phase of a scene."""
+class SceneDiscretisation(Discretisation):
+    """A scene in any transcription: its numbers, its certificate's parts and its shape."""
 
-    settings: SceneSpectral  # type: ignore[assignment]
-
-    def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
-        strains = 0 if settings.scene.stretch is None else settings.nodes * settings.elements * len(phases)
-        #: Stretches of the attached rod that follow the detached ones.
-        self.beyond = 0 if settings.scene.layer is None else len(REACHES)
-        attached = settings.nodes * settings.elements * self.beyond
-        super().__init__(settings, phases, strains + attached + len(settings.unknown))  # type: ignore[arg-type]
-        #: Where the strain at the nodes, Theta'' of the attached rod and the unknown numbers stand among the
-        #: unknowns.
-        self.strain = slice(self.extra.start, self.extra.start + strains)
-        self.attached = slice(self.strain.stop, self.strain.stop + attached)
-        self.named = slice(self.attached.stop, self.extra.stop)
-        self.blocks = (self.fields, self.strain, self.attached)
-        self.equations = _equations(self)
-        self.numbers = ca.DM(list(settings.given.values()))
+    settings: SceneTranscription
+    #: Compiled with the known numbers of the scene as arguments, for all scenes of its form.
+    equations: SceneEquations
+    #: Those of this one.
+    numbers: ca.DM
+    #: Where the unknown numbers stand among the unknowns.
+    named: slice
+    #: Stretches of the attached rod that follow the detached ones.
+    beyond: int
 
     @property
     def stretches(self) -> int:
         """Stretches of rod, detached and attached."""
         return len(self.phases) + self.beyond
-
-    @property
-    def form(self) -> type[Scalars]:
-        """What stands for the scalars among the unknowns: they themselves."""
-        return Scalars
 
     @cached_property
     def expression(self) -> ca.MX:
@@ -234,6 +212,95 @@ class SceneDiscretisation(SpectralDiscretisation):
         """Unknowns of the same solution on another mesh of the same phases."""
         return finer.pack(self.profile(x))
 
+
+@sample_shape.register
+def _shape_of_scene(problem: SceneDiscretisation, unknowns: np.ndarray) -> Shape:
+    """Sample a state of a scene at ``DENSE_POINTS`` points per phase, kinks included once."""
+    dense = np.linspace(0.0, 1.0, DENSE_POINTS)
+    phases, lengths = len(problem.phases), problem.lengths(unknowns)
+    values = problem.sampler(dense)(unknowns).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
+    starts = np.cumsum(lengths) - lengths
+    places = starts[:, None] + lengths[:, None] * dense
+    kept = np.ones((phases, DENSE_POINTS), dtype=bool)
+    kept[1:, 0] = False
+    xi, fields = places[kept], values[kept]
+    s, q = problem.scalars(unknowns), problem.found(unknowns)
+    Theta, K, nx, ny, Y, x, _ = fields.T
+    kw = float(problem.settings.scene.wall.curvature_of(q)) * s.sigma
+    theta, curvature = s.A * Theta + kw * (xi - 1.0), s.A * K + kw
+    return Shape(xi, x, s.A * Y, theta, curvature, s.A * nx, s.A * ny)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneSolution(Solution):
+    """A discrete solution of a scene."""
+
+    problem: SceneDiscretisation
+
+    def gaps(self) -> np.ndarray:
+        """Gap to the wall over eta, at the points of the shape."""
+        shape, q = self.shape(), self.problem.found(self.x)
+        sbar = self.problem.scalars(self.x).sigma
+        at = Place(shape.xi * sbar, sbar, shape.theta, shape.x * sbar, shape.y * sbar, 0.0)
+        return np.asarray(self.problem.settings.scene.wall.gap(at, q)[0], dtype=float)
+
+
+@dataclass(frozen=True)
+class SceneSpectral(SceneTranscription):
+    """Global Gauss collocation of a scene in Theta''.
+
+    Parameters
+    ----------
+    scene, free, entered, instead
+        As in `SceneTranscription`.
+    mesh : Spectral
+    """
+
+    mesh: Spectral = SCENES
+
+    @property
+    def nodes(self) -> int:
+        """Gauss nodes per element."""
+        return self.mesh.nodes
+
+    @property
+    def elements(self) -> int:
+        """Equal elements per phase."""
+        return self.mesh.elements
+
+    def gain_at(self, problem: SceneSpectralDiscretisation, x: np.ndarray) -> float:
+        """That of the mesh, on the attached rod, too, if it moves."""
+        return min(self.mesh.gain_of(x[part]) for part in (problem.fields, problem.attached) if x[part].size)
+
+    def discretise(self, phases: Phases) -> SceneSpectralDiscretisation:
+        """Return the compiled problem for these phases."""
+        return _discretise(self, phases)
+
+
+class SceneSpectralDiscretisation(SceneDiscretisation, SpectralDiscretisation):
+    """Theta'' at the Gauss nodes of every phase of a scene."""
+
+    settings: SceneSpectral  # type: ignore[assignment]
+
+    def __init__(self, settings: SceneSpectral, phases: Phases) -> None:
+        strains = 0 if settings.scene.stretch is None else settings.nodes * settings.elements * len(phases)
+        self.beyond = 0 if settings.scene.layer is None else len(REACHES)
+        attached = settings.nodes * settings.elements * self.beyond
+        super().__init__(settings, phases, strains + attached + len(settings.unknown))  # type: ignore[arg-type]
+        #: Where the strain at the nodes, Theta'' of the attached rod and the unknown numbers stand among the
+        #: unknowns.
+        self.strain = slice(self.extra.start, self.extra.start + strains)
+        self.attached = slice(self.strain.stop, self.strain.stop + attached)
+        self.named = slice(self.attached.stop, self.extra.stop)
+        self.blocks = (self.fields, self.strain, self.attached)
+        self.equations = equations_of(self, SpectralEquations)
+        self.numbers = ca.DM(list(settings.given.values()))
+
+    @property
+    def form(self) -> type[Scalars]:
+        """What stands for the scalars among the unknowns: they themselves."""
+        return Scalars
+
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""
         numbers = profile.numbers if isinstance(profile, SceneProfile) else {}
@@ -270,44 +337,12 @@ class SceneDiscretisation(SpectralDiscretisation):
         return np.concatenate(curls), strain if scene.stretch is not None else strain[:0]
 
 
-@sample_shape.register
-def _shape_of_scene(problem: SceneDiscretisation, unknowns: np.ndarray) -> Shape:
-    """Sample a state of a scene at ``DENSE_POINTS`` points per phase, kinks included once."""
-    dense = np.linspace(0.0, 1.0, DENSE_POINTS)
-    phases, lengths = len(problem.phases), problem.lengths(unknowns)
-    values = problem.sampler(dense)(unknowns).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
-    starts = np.cumsum(lengths) - lengths
-    places = starts[:, None] + lengths[:, None] * dense
-    kept = np.ones((phases, DENSE_POINTS), dtype=bool)
-    kept[1:, 0] = False
-    xi, fields = places[kept], values[kept]
-    s, q = problem.scalars(unknowns), problem.found(unknowns)
-    Theta, K, nx, ny, Y, x, _ = fields.T
-    kw = float(problem.settings.scene.wall.curvature_of(q)) * s.sigma
-    theta, curvature = s.A * Theta + kw * (xi - 1.0), s.A * K + kw
-    return Shape(xi, x, s.A * Y, theta, curvature, s.A * nx, s.A * ny)
-
-
-@dataclass(frozen=True, eq=False)
-class SceneSolution(Solution):
-    """A discrete solution of a scene."""
-
-    problem: SceneDiscretisation
-
-    def gaps(self) -> np.ndarray:
-        """Gap to the wall over eta, at the points of the shape."""
-        shape, q = self.shape(), self.problem.found(self.x)
-        sbar = self.problem.scalars(self.x).sigma
-        at = Place(shape.xi * sbar, sbar, shape.theta, shape.x * sbar, shape.y * sbar, 0.0)
-        return np.asarray(self.problem.settings.scene.wall.gap(at, q)[0], dtype=float)
-
-
 @lru_cache(maxsize=256)
-def _discretise(settings: SceneSpectral, phases: Phases) -> SceneDiscretisation:
-    return SceneDiscretisation(settings, phases)
+def _discretise(settings: SceneSpectral, phases: Phases) -> SceneSpectralDiscretisation:
+    return SceneSpectralDiscretisation(settings, phases)
 
 
-class SceneEquations:
+class SceneEquations(ABC):
     """The equations of all scenes of one form, compiled with their numbers as arguments.
 
     Parameters
@@ -316,11 +351,42 @@ class SceneEquations:
         One of them.
     """
 
+    #: From the unknowns and the known numbers: to the residual, to it and its Jacobian, and to xi, theta, x,
+    #: y and slip at the ends of all stretches and the tip, with the work of the loads.
+    residual: ca.Function
+    linearised: ca.Function
+    ends: ca.Function
+
     def __init__(self, model: SceneDiscretisation) -> None:
-        self.model = model
-        settings = model.settings
         self.x = ca.MX.sym("x", model.size)
-        self.given = ca.MX.sym("given", len(settings.given))
+        self.given = ca.MX.sym("given", len(model.settings.given))
+        self._samplers: dict[tuple[bytes, bool], ca.Function] = {}
+
+    @cached_property
+    def by_numbers(self) -> ca.Function:
+        """Compiled derivatives of the residual by the known numbers."""
+        arguments = [self.x, self.given]
+        return ca.Function("by_numbers", arguments, [ca.jacobian(self.residual(*arguments), self.given)])
+
+    def sampler(self, zeta: np.ndarray, *, attached: bool = False) -> ca.Function:
+        """Compiled fields at local coordinates of every phase, or of the attached rod, remembered."""
+        key = (np.asarray(zeta, dtype=float).tobytes(), attached)
+        if key not in self._samplers:
+            samples = self.sampled(np.asarray(zeta, dtype=float), attached=attached)
+            self._samplers[key] = ca.Function("sample", [self.x, self.given], [samples])
+        return self._samplers[key]
+
+    @abstractmethod
+    def sampled(self, zeta: np.ndarray, *, attached: bool) -> ca.MX:
+        """`SAMPLED` at local coordinates of every phase, or of the attached rod."""
+
+
+class SpectralEquations(SceneEquations):
+    """Those of the spectral form."""
+
+    def __init__(self, model: SceneSpectralDiscretisation) -> None:
+        super().__init__(model)
+        self.model, settings = model, model.settings
         matrix, ends = model.chain(model.zeta)
         self.fields = SceneFields(
             settings.scene,
@@ -342,24 +408,13 @@ class SceneEquations:
         f = self.fields
         places = [part.values[f.nodes :] for part in (f.xi, f.theta, f.x, f.y, f.slip)]
         self.ends = ca.Function("ends", arguments, [ca.horzcat(*places), f.work().values])
-        self._samplers: dict[tuple[bytes, bool], ca.Function] = {}
 
-    @cached_property
-    def by_numbers(self) -> ca.Function:
-        """Compiled derivatives of the residual by the known numbers."""
-        arguments = [self.x, self.given]
-        return ca.Function("by_numbers", arguments, [ca.jacobian(self.residual(*arguments), self.given)])
-
-    def sampler(self, zeta: np.ndarray, *, attached: bool = False) -> ca.Function:
-        """Compiled fields at local coordinates of every phase, or of the attached rod, remembered."""
-        key = (np.asarray(zeta, dtype=float).tobytes(), attached)
-        if key not in self._samplers:
-            matrix, _ = self.model.chain(np.asarray(zeta))
-            detached = len(self.model.phases) * len(zeta)
-            matrix = matrix[detached:] if attached else matrix[:detached]
-            columns = [field.values for field in self.fields.sampled(matrix)]
-            self._samplers[key] = ca.Function("sample", [self.x, self.given], [ca.horzcat(*columns)])
-        return self._samplers[key]
+    def sampled(self, zeta: np.ndarray, *, attached: bool) -> ca.MX:
+        """`SAMPLED` by integrals from the tip."""
+        matrix, _ = self.model.chain(zeta)
+        detached = len(self.model.phases) * len(zeta)
+        matrix = matrix[detached:] if attached else matrix[:detached]
+        return ca.horzcat(*(field.values for field in self.fields.sampled(matrix)))
 
 
 #: Equations of the forms used last, by form, mesh, free number and stretches.
@@ -367,13 +422,13 @@ _COMPILED: OrderedDict[tuple[Hashable, ...], SceneEquations] = OrderedDict()
 _COMPILED_LOCK = threading.Lock()
 
 
-def _equations(model: SceneDiscretisation) -> SceneEquations:
+def equations_of(model: SceneDiscretisation, kind: Callable[[Any], SceneEquations]) -> SceneEquations:
     """Return the compiled equations of a scene, shared by all scenes of its form."""
     settings = model.settings
     key = (settings.scene.form, settings.mesh, settings.free, model.phases)
     with _COMPILED_LOCK:
         if key not in _COMPILED:
-            _COMPILED[key] = SceneEquations(model)
+            _COMPILED[key] = kind(model)
         _COMPILED.move_to_end(key)
         while len(_COMPILED) > MOST_COMPILED:
             _COMPILED.popitem(last=False)

@@ -95,11 +95,8 @@ class ShootingDiscretisation(Discretisation):
         self.settings = settings
         self.nodes = settings.intervals * len(phases) + 1
         super().__init__(phases, 5 * self.nodes)
-
-    @property
-    def defects(self) -> slice:
-        """Equations that an integrator closes: those between four at the tip and three at the plate."""
-        return slice(4, 4 + 5 * (self.nodes - 1))
+        # Those between four at the tip and three at the plate.
+        self.defects = slice(4, 4 + 5 * (self.nodes - 1))
 
     def _advance(self, piece: Piece, steps: int) -> ca.Function:
         """Integrate (state, length, scalars) over one interval."""
@@ -158,15 +155,13 @@ def runge_kutta(
     slope: Callable[[ca.SX], ca.SX], state: ca.SX, length: ca.SX, tableau: Tableau, steps: int
 ) -> ca.SX:
     """Integrate an autonomous system over ``length`` in equal explicit steps."""
-    h = length / steps
+    h, still = length / steps, ca.SX.zeros(state.shape[0])
     for _ in range(steps):
         stages: list[ca.SX] = []
         for row in tableau.a:
-            increment = sum((float(w) * k for w, k in zip(row, stages, strict=False) if w), ca.SX.zeros(5))
+            increment = sum((float(w) * k for w, k in zip(row, stages, strict=False) if w), still)
             stages.append(slope(state + h * increment))
-        state = state + h * sum(
-            (float(w) * k for w, k in zip(tableau.b, stages, strict=True) if w), ca.SX.zeros(5)
-        )
+        state = state + h * sum((float(w) * k for w, k in zip(tableau.b, stages, strict=True) if w), still)
     return state
 
 

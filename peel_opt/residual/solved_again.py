@@ -9,7 +9,7 @@ from .closures import Closure
 from .discretisation import Discretisation
 from .meshes import FINER
 from .newton import correct
-from .scene_spectral import SceneSpectral
+from .scene_spectral import SceneTranscription
 from .spectral import Spectral
 
 #: How far a state may be, relative to its size, from itself on a finer mesh.
@@ -35,7 +35,7 @@ def solved_again(
         If there is none beside it.
     """
     s, own = problem.scalars(x), problem.settings
-    mesh = own.refined() if isinstance(own, Spectral | SceneSpectral) else FINER
+    mesh = own.refined() if isinstance(own, Spectral | SceneTranscription) else FINER
     finer = mesh.discretise(problem.phases)
     rod = Closure("ratio", s.ratio) if s.sigma else Closure("length", 0.0)
     start = problem.prolonged(x, finer)

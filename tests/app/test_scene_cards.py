@@ -121,10 +121,12 @@ def test_flaws_are_asked_for_both_ways(card):
 
 def test_what_a_scene_does_not_take_is_said_of_it_alone(card):
     text = RATIO.format(scene="unbonded = 1.0", question="length = 2.0")
-    ((_, found),) = card(text).ask(method="collocation")
+    ((_, found),) = card(text).ask(method="series")
     assert isinstance(found, InvalidInput)
     ((_, found),) = card(text).ask()
     assert found.valid
+    ((_, other),) = card(text).ask(method="shooting")
+    assert other.pressure == pytest.approx(found.pressure, abs=1e-9)
 
 
 # --- what a scene may say -----------------------------------------------------------------

@@ -61,7 +61,7 @@ def test_states_of_one_length_are_listed_by_pressure() -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"method": "shooting"}, "spectral form"),
+        ({"method": "series"}, "that of the plain rod"),
         ({"law": "linear"}, "its own law"),
         ({"state": "spurious"}, "unknown state"),
     ],
