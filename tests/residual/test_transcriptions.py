@@ -94,7 +94,7 @@ def test_a_profile_starts_another_method_at_its_solution(settings: object, P: fl
     branch = PrimaryBranch(Family(COHESIVE, PATH, Closure("ratio", 1.0)))
     branch.extend(lambda p: p.scalars.pressure_ratio < P)
     given = (Closure("ratio", 1.0), Closure("pressure", P))
-    point = branch.points[-1]
+    point = next(p for p in branch.points if p.scalars.pressure_ratio < P)
     problem = settings.discretise(point.problem.phases)  # type: ignore[attr-defined]
     result = correct(problem, problem.pack(point.profile), given)
     assert result.converged
