@@ -22,12 +22,6 @@ QUANTUM = 2.0**-30
 def equidistributing(curl: np.ndarray, intervals: int) -> np.ndarray:
     """Breakpoints 0 < zeta < 1 of one phase that crowd where the shape changes fast.
 
-    Parameters
-    ----------
-    curl : ndarray
-        Theta'' of the phase at equal distances, both ends included.
-    intervals : int
-
     The monitor is Theta'', and its derivative where it changes sign.  Where a layer decays like
     exp(-k xi) all derivatives are proportional to these, and the power of the monitor decides how
     the mesh follows it.  Of the powers 1 to 1/8 the square root has the smallest errors, or nearly,
@@ -38,6 +32,12 @@ def equidistributing(curl: np.ndarray, intervals: int) -> np.ndarray:
     interval they fall into changes with the number of intervals, and the error with it by factors of a
     hundred.  So the monitor is averaged over about an interval.  Averaged more, the mesh no longer
     follows thin layers.
+
+    Parameters
+    ----------
+    curl : ndarray
+        Theta'' of the phase at equal distances, both ends included.
+    intervals : int
     """
     zeta = np.linspace(0.0, 1.0, len(curl))
     change = np.gradient(curl, zeta)
