@@ -33,7 +33,7 @@ from .mixed_bonds import LINE, Bond, Opening
 from .place import Numbers, Place
 from .rod import Rod, require_rod
 from .stretch import past_of, shared_kink
-from .tips import FREE, Contact, Middle, Tip, TipLoad
+from .tips import FREE, Contact, Middle, Tip, TipLoad, across
 from .walls import PLATE, Flat, Wall
 
 #: Names that every scene has.
@@ -248,7 +248,7 @@ class Scene:
     def lifts(self) -> bool:
         """Whether something lifts the tip without any pressure, so that a lifted branch begins at p = 0."""
         q = self.numbers
-        pulled = q.get("force", 0.0) * math.sin(q.get("angle", 0.0)) > 0.0
+        pulled = q.get("force", 0.0) * across(q.get("angle", 0.0)) > 0.0
         curled = self.imposed_curvature
         lifted = bool(self.unbonded) or curled > 0.0 or (pulled and curled == 0.0)
         return lifted and not self.line_energy and self.layer is None  # which no small load overcomes

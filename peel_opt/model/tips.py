@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,6 +13,12 @@ from ..base.checks import finite, non_negative
 from ..base.errors import InvalidInput
 from .dimension import ANGLE, FORCE, LENGTH, MOMENT, Dimension
 from .place import Numbers, Place
+
+
+def across(angle: float) -> float:
+    """Return the share of a force that is across the plate: its sine, and none at pi, which is rounded."""
+    sine = math.sin(angle)
+    return sine if abs(sine) > 4.0 * sys.float_info.epsilon else 0.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +55,7 @@ class TipLoad:
     @property
     def keeps_flat(self) -> bool:
         """Whether a flat rod stays one: pulled in line, without a moment."""
-        return self.force == 0.0 or self.angle == 0.0
+        return self.force == 0.0 or not across(self.angle)
 
     def pull(self, q: Numbers) -> tuple[Any, Any]:
         """Return the force (x, y) over T0 eta."""

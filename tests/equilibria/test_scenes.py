@@ -335,3 +335,14 @@ def test_a_free_number_stays_where_it_means_something() -> None:
     scene = po.Scene(ROD, [po.Pressure(dead=0.5)])
     with pytest.raises((po.NoEquilibrium, po.NotConverged)):
         po.solve(scene, free="dead", pressure=0.5, length=3.3, near=1.4)
+
+
+def test_a_pull_back_along_the_plate_is_a_push_in_line() -> None:
+    """The sine of pi is 1e-16 in floats, and no lift."""
+    rod = po.Rod.from_ratio(0.566)
+    back = po.Scene(rod, tip=po.TipLoad(force=0.1, angle=math.pi))
+    push = po.Scene(rod, tip=po.TipLoad(force=-0.1))
+    found, known = (po.solve(scene, free="length", pressure=0.5) for scene in (back, push))
+    assert found.state == known.state == "lower"
+    assert found.length == pytest.approx(known.length, rel=1e-12)
+    assert po.critical_length(back).length == pytest.approx(po.critical_length(push).length, rel=1e-9)
