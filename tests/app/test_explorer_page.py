@@ -179,17 +179,41 @@ def test_a_failing_computation_leaves_the_page_alive() -> None:
     assert here(page)[0] == pytest.approx(0.5)
 
 
-def test_what_cannot_be_typed_is_said_as_text() -> None:
+def test_what_cannot_be_typed_stays_with_its_reason_beside_it() -> None:
     page = opened(submit=never)
+    number = page.controls.numbers["beta0"]
     for text in ("nan", "1e999", "-5", "<script>alert(1)</script>", "", "4 mm", "9" * 500):
-        page.controls.numbers["beta0"].field.value = text
+        number.field.value = text
         pump(page)
         assert page.state.beta0 == 4.0
-        assert "beta0" in page.notes.text
-        assert "<script" not in page.notes.text
-        assert page.controls.numbers["beta0"].field.value == "4"
+        assert number.refused.said.visible
+        assert "beta0" in number.refused.said.text
+        assert "<script" not in number.refused.said.text
+        assert number.field.value == text
+        assert number.field.css_classes == ["refused"]
+    # A picture that comes later leaves it there; another value takes its place.
+    page.controls.show(page.state, page.scene.curve)
+    assert number.field.value == "9" * 500
     slide(page, "lam", 0.25)
     assert page.state.lam == 0.25
+    assert not number.refused.said.visible
+    assert (number.field.value, number.field.css_classes) == ("4", [])
+
+
+def test_a_refused_number_of_a_rod_says_why_below_the_rod() -> None:
+    page = opened(State(units="SI", given="length", law="cohesive", accuracy="sketch"), submit=never)
+    k, y0 = page.controls.texts["k"], page.controls.texts["y0"]
+    before = page.state.y0
+    y0.value = "3 kPa"
+    pump(page)
+    assert (page.state.y0, y0.value, k.css_classes) == (before, "3 kPa", [])
+    assert page.controls.refused.said.visible
+    assert "y0" in page.controls.refused.said.text
+    y0.value = "0.8 mm"
+    pump(page)
+    assert page.state.y0 == pytest.approx(8e-4)
+    assert not page.controls.refused.said.visible
+    assert float(y0.value.removesuffix(" um")) == 800.0
 
 
 def test_a_rod_in_si_is_typed_and_switched() -> None:

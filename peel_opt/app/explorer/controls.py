@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from bokeh.models import (
@@ -29,6 +30,7 @@ from .curves import Curve
 from .moves import SI_UNITS, span, units
 from .presets import name_of, presets
 from .state import CHOICES, State
+from .texts import text_box
 
 #: Symbols of the numbers of a rod that a slider gives.
 WRITTEN = {"length": r"\bar s", "pressure": "p"}
@@ -54,6 +56,39 @@ _STEPS = 600
 
 def _style() -> list[InlineStyleSheet]:
     return [InlineStyleSheet(css=look.WIDGETS)]
+
+
+class Refused:
+    """What was typed into a field and could not be meant: it stays there, with the reason below.
+
+    Parameters
+    ----------
+    name : str
+    fields : sequence of TextInput
+        Those that share the place of the reason.
+    """
+
+    def __init__(self, name: str, fields: Sequence[TextInput]) -> None:
+        self.fields = fields
+        self.said = text_box(f"refused-{name}", "alert")
+        self.said.visible = False
+
+    @property
+    def stands(self) -> bool:
+        """Whether a refused entry is shown."""
+        return self.said.visible
+
+    def show(self, field: TextInput, reason: str) -> None:
+        """Say why what is in a field is refused."""
+        self.clear()
+        self.said.text = f'<span style="color:{look.REFUSED}">{html.escape(reason)}</span>'
+        self.said.visible, field.css_classes = True, ["refused"]
+
+    def clear(self) -> None:
+        """Say nothing; the fields show the state again when they are next shown."""
+        self.said.visible = False
+        for field in self.fields:
+            field.css_classes = []
 
 
 class Number:
@@ -89,7 +124,13 @@ class Number:
             name=f"field-{name}",
             stylesheets=[InlineStyleSheet(css=look.WIDGETS + "label { position: absolute; left: -9999px; }")],
         )
-        self.box = Row(self.slider, self.field, spacing=6, sizing_mode="stretch_width")
+        self.refused = Refused(name, (self.field,))
+        self.box = Column(
+            Row(self.slider, self.field, spacing=6, sizing_mode="stretch_width"),
+            self.refused.said,
+            spacing=0,
+            sizing_mode="stretch_width",
+        )
 
     def read(self) -> float:
         """The number the slider shows, in its own unit."""
@@ -109,7 +150,7 @@ class Number:
             slider.update(start=low, end=high, step=(high - low) / _STEPS)
         if slider.value != value:
             slider.value = value
-        if self.field.value != text:
+        if self.field.value != text and not self.refused.stands:
             self.field.value = text
         if title:
             slider.title = title
@@ -171,6 +212,7 @@ class Controls:
         for field, text in self.texts.items():
             text.on_change("value", self._typed(field, on_text))
         self.rod_box = Row(*self.texts.values(), spacing=0, sizing_mode="stretch_width")
+        self.refused = Refused("rod", tuple(self.texts.values()))
         self.label = Select(
             title="State",
             options=[(value, value) for value in CHOICES["label"]],
@@ -228,6 +270,7 @@ class Controls:
             boxes["units"],
             boxes["given"],
             self.rod_box,
+            self.refused.said,
             *(number.box for number in self.numbers.values()),
             self.nearest,
             Row(self.label, self.play, spacing=6, sizing_mode="stretch_width"),
@@ -279,6 +322,18 @@ class Controls:
 
     # --- to the widgets -------------------------------------------------------------------
 
+    def refuse(self, field: str, reason: str) -> None:
+        """Leave what was typed into a field where it is, and say why it cannot be meant."""
+        if field in self.texts:
+            self.refused.show(self.texts[field], reason)
+        else:
+            self.numbers[field].refused.show(self.numbers[field].field, reason)
+
+    def accept(self) -> None:
+        """Take back what was refused: the fields show the state again."""
+        for each in (self.refused, *(number.refused for number in self.numbers.values())):
+            each.clear()
+
     def show(self, state: State, curve: Curve | None) -> None:
         """Show a state; ``curve`` gives the range of lengths."""
         self._quiet = True
@@ -303,7 +358,7 @@ class Controls:
         for name, number in self.numbers.items():
             number.box.visible = visible[name]
         self.rod_box.visible = in_si
-        if in_si:
+        if in_si and not self.refused.stands:
             for name, text in self.texts.items():
                 text.value = display(getattr(state, name), SI_UNITS[name], 4)
         if groups:

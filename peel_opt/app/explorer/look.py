@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-INK, FAINT, PAPER = "#1A1A1A", "#5A5A5A", "#FFFFFF"
+INK, FAINT, PAPER, REFUSED = "#1A1A1A", "#5A5A5A", "#FFFFFF", "#8C2D04"
 
 #: Width of the controls beside the panels; a panel's frame as it is laid out first, the room left of it
 #: for labels (less on a narrow page), and that right of it [pixels].
@@ -29,6 +29,7 @@ WIDGETS = f"""
 .bk-btn {{ font-size: 12.5px; padding: 3px 6px; }}
 .bk-btn.bk-active {{ background: #1F4E79; color: #FFFFFF; border-color: #1F4E79; }}
 .bk-input {{ font-size: 12.5px; height: 26px; padding: 2px 4px; }}
+:host(.refused) .bk-input {{ border: 2px solid {REFUSED}; }}
 .bk-slider-title {{ font-size: 13px; }}
 :focus-visible {{ outline: 3px solid #E69F00; outline-offset: 1px; }}
 @media (pointer: coarse), (max-width: {BESIDE - 1}px) {{

@@ -118,7 +118,13 @@ class Page:
         self._try(lambda state: moves.slid(state, field, value, eq), rested=rested)
 
     def _text(self, field: str, text: str) -> None:
-        self._try(lambda state: moves.typed(state, field, text))
+        self._stop()
+        try:
+            state = moves.typed(self.state, field, text)
+        except PeelOptError as error:
+            self.controls.refuse(field, str(error))
+            return
+        self.go_to(state)
 
     def _tapped(self, event: Any) -> None:
         if event.x is None or event.y is None:
@@ -146,6 +152,7 @@ class Page:
     def go_to(self, state: State, *, rested: bool = True) -> None:
         """Show another state: at once quickly, fully when it rests."""
         self.state, self.messages = state, ()
+        self.controls.accept()
         self._token += 1
         self._waiting = rested
         if not self._scheduled or self._held:

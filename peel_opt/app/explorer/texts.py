@@ -60,7 +60,7 @@ def notes(scene: Screen, messages: tuple[str, ...]) -> str:
     """Return what must be said: messages and missing states first, then warnings."""
     urgent = [*messages, *([scene.message] if scene.message else [])]
     calm = [*scene.warnings, *([] if scene.sweep is None else [scene.sweep.note])]
-    lines = [f'<b style="color:#8C2D04">{html.escape(text)}</b>' for text in urgent]
+    lines = [f'<b style="color:{look.REFUSED}">{html.escape(text)}</b>' for text in urgent]
     return "<br>".join([*lines, *(html.escape(text) for text in calm)])
 
 
