@@ -33,7 +33,7 @@ def motion_table(moved: Snap) -> str:
     ]
     if np.isfinite(moved.growth_rate):
         lines.append(
-            f"it leaves the unfolded state at a rate of {moved.growth_rate:.6g} / ({moved.time_unit})"
+            f"it leaves the unfolded state at a rate of {moved.growth_rate:.6g} {_per(moved.time_unit)}"
         )
     if moved.time_unit == "c eta/T0":
         lines.append(
@@ -89,6 +89,11 @@ def history_record(run: History) -> dict[str, Any]:
     }
 
 
+def _per(unit: str) -> str:
+    """Return the unit of a rate, by that of a time."""
+    return f"1/{unit}" if unit.isalpha() else f"1/({unit})"
+
+
 def _time(moved: Snap | History, t: float) -> str:
     return display(t, "s") if moved.time_unit == "s" else f"{t:.6g} {moved.time_unit}"
 
@@ -120,7 +125,7 @@ def motion_record(moved: Snap) -> dict[str, Any]:
         "bond": moved.bond,
         "law": moved.law,
         "outcome": moved.outcome,
-        f"growth_rate [1/({time})]": growth,
+        f"growth_rate [{_per(time)}]": growth,
         "error [eta]": error,
         f"time_error [{time}]": time_error,
         "certificate": float(np.abs(moved.certificate).max()),

@@ -65,8 +65,8 @@ def snap(
 ) -> Snap:
     """Follow a rod from the moment it lets go to where it comes to rest.
 
-    The pressure is held.  Up to contact the front is tracked; from there on, and for bonds that do not heal,
-    a fixed mesh takes over, which knows some four digits.
+    The pressure is held.  Up to contact the front is tracked; from there on, for bonds that do not heal, and
+    where the front is lost or takes too many steps, a fixed mesh takes over, which knows some four digits.
 
     Without ``flaw`` and ``start`` the motion begins just off the unfolded state, which
     has one direction in which it grows: the snap along it is one orbit for a rod, a pressure and what
@@ -236,22 +236,28 @@ def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
 def _run(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
     """Run by what computes it best; return the run, its error and that of its times.
 
-    Where a tracked front is lost all is done on the mesh: from a length that is not that of the unfolded
-    state itself, which a mesh has elsewhere.
+    Where a tracked front is lost, or would take too long, all is done on the mesh: from a length that is not
+    that of the unfolded state itself, which a mesh has elsewhere.
     """
     if setting.bond != "reversible":
         return _meshed(partial(run_on_mesh, setting, start, until), told)
     try:
         first, error, time_error = _resolved(setting, start, until, told)
     except NotConverged:
-        if until.contact or setting.mass:
-            raise
         opened = replace(start, s=OPENED * start.s)
-        return _meshed(partial(run_on_mesh, setting, opened, until), told)
+        # What follows the landing of a rod with mass depends on how it bounces.
+        last = replace(until, contact=until.contact or bool(setting.mass))
+        return _meshed(partial(run_on_mesh, setting, opened, last), told)
     if first.outcome != "contact" or until.contact or setting.mass:
         return first, error, time_error
     then, *errors = _meshed(partial(beyond_contact, setting, first, until), told)
-    return then, max(error, errors[0]), max(time_error, errors[1])
+    landing = next((e for e in then.events if e.kind == "contact"), None)
+    known = [(error, time_error), tuple(errors)]
+    if landing is not None:  # between where the mesh took over and there the front is known by both
+        events = tuple(e for e in then.events if e.t <= landing.t)
+        known.append(_errors(first, replace(then, events=events, outcome="contact")))
+    places, passed = zip(*known, strict=True)
+    return then, max(places), max(passed)
 
 
 def _meshed(run: Callable[..., Track], told: Told) -> tuple[Track, float, float]:
@@ -266,16 +272,17 @@ def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tup
     Raises
     ------
     NotConverged
-        If no two do.
+        If no two do, or a second one is lost.
     """
-    coarse, error = None, math.inf
+    coarse, error, lost = None, math.inf, False
     for resolution in range(len(MESHES)):
         last = resolution == len(MESHES) - 1
         try:
             run = track(setting, start, until, resolution=resolution, told=told)
         except NotConverged:
-            if last:
+            if last or lost:
                 raise
+            lost = True
             continue
         if coarse is not None:
             error, time_error = _errors(coarse, run)

@@ -43,8 +43,8 @@ ANGLES = 0.5
 #: s/sbar of the points of a stored shape.
 FRACTIONS = np.linspace(0.0, 1.0, 101)
 
-#: Steps of a run that comes to no end.
-MOST_STEPS = 4000
+#: Steps after which a run is given up: one that settles fast takes a hundred or two.
+MOST_STEPS = 1500
 
 #: Shortest detached length over eta that is still followed as it closes.
 CLOSED = 0.2
@@ -74,9 +74,9 @@ def track(
     """Return a run up to contact, by front tracking: a `Tier`."""
     degree, tol = MESHES[resolution]
     flap, u, z = laid_out(setting, degree, float(start.s[-1]), *through(start))
-    t, u, z = _relaxed(flap, start.t, u, z, tol)
+    t, (_, u, z) = start.t, _relaxed(flap, start.t, u, z, tol)
     h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
-    _keep(log, flap, t, u, z)
+    _keep(log, flap, t, u, z if setting.mass else flap.rate(u))
     log.name("start", t, log.rows[0][1].front, flap.tip(u))
     for _ in range(MOST_STEPS):
         system = Integrator(flap, bool(setting.mass), tol)

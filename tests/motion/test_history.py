@@ -54,6 +54,7 @@ def test_the_ledger_closes_and_every_step_has_its_identity(damaged: po.History) 
     assert 0.5 * (damaged.front[-1] - 2.0) < damaged.energy.bond_loss[-1] < 0.5 * damaged.front[-1]
 
 
+@pytest.mark.slow
 def test_a_bond_that_heals_lies_down_below_the_least_pressure() -> None:
     run = po.history(ROD, pressure=(TIMES[:4], PRESSURES[:4]))
     assert run.outcome == "closes"
@@ -68,6 +69,7 @@ def falling(t: float, per: float) -> float:
     return 60e3 * (1.0 - 0.001 * t / per)
 
 
+@pytest.mark.slow
 def test_units_functions_and_files(tmp_path: Path) -> None:
     rod = po.Rod(2.2867e-5, 140096.0, 0.728e-3)
     seconds = 2e4 * rod.eta / rod.adhesion_strength

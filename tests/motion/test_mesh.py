@@ -58,7 +58,7 @@ def missed_orbit(track, orbit):
     return np.abs(missed).max(axis=0)
 
 
-@pytest.mark.parametrize("cell", ORBITS)
+@pytest.mark.parametrize("cell", [(0.3, 0.9), pytest.param((0.566, 0.4), marks=pytest.mark.slow)])
 def test_orbits_are_those_of_front_tracking_and_come_nearer_on_a_finer_mesh(cell):
     coarse, fine = (run(*cell, resolution=i) for i in (0, 1))
     for track, scale in ((coarse, 1.0), (fine, 0.4)):
@@ -84,6 +84,7 @@ def test_a_rod_with_mass_is_thrown_as_by_front_tracking():
     assert np.abs(track.energy.defect[:-1]).max() < 1e-3  # the tip of a mesh does not bounce
 
 
+@pytest.mark.slow
 def test_orbits_from_two_starts_are_one():
     runs = [run(0.3, 0.9, 1, stretch=stretch) for stretch in (1.03, 1.003)]
     fronts = [[named(track, angle).front for angle in (-1.5, -2.0, -2.5, -3.0)] for track in runs]
@@ -92,13 +93,13 @@ def test_orbits_from_two_starts_are_one():
 
 #: Ratio, pressure, outcome, greatest and last front; (0.5, 0.5) swings without touching the plate.
 ENDS = [
-    (1.0, 0.9, "flat fold", 6.48, 6.14),
     (2.0, 0.5, "flat fold", 8.79, 8.54),
-    (1.0, 0.5, "folded", None, 4.445),
     (0.566, 0.6, "flapping", None, None),
 ]
 
 MORE_ENDS = [
+    (1.0, 0.5, "folded", None, 4.445),
+    (1.0, 0.9, "flat fold", 6.48, 6.14),
     *(
         (r, P, "folded", None, None)
         for r, P in [(0.05, 0.96), (0.05, 0.999), (0.2, 0.99), (0.3, 0.96), (0.3, 0.8)]
@@ -161,6 +162,7 @@ def test_contact_is_where_a_run_may_be_told_to_stop():
     assert track.energy.bond_loss.max() == 0.0
 
 
+@pytest.mark.slow
 def test_close_to_the_strength_the_difference_of_two_meshes_tells_their_error():
     # There the height of the tip is the difference of two nearly equal numbers.
     coarse, fine = (run(0.05, 0.999, resolution=i) for i in (0, 1))
