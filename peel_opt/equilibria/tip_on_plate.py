@@ -103,12 +103,10 @@ def touching(rod: Rod, pressure: float, *, law: str | CohesiveLaw = "auto", tol:
     began = time.perf_counter()
     try:
         solved = solve_to_tolerance(question, plain, METHODS["spectral"], positive("tol", tol))
-    except NotConverged as error:
-        raise NotConverged(
-            f"{question.words}: {error}",
-            remedy="Close to T0, where they cross, touching and folded states are not told apart: ask further"
-            " from it, or at T0 itself.",
-        ) from error
+    except NotConverged:
+        # Close to T0, where touching and folded states cross, only the row of the tip tells them apart.
+        held = posed(profile.scene, "length", {"pressure": pressure})
+        return require_scene(held, answered(held, profile, "touching", tol, 0, began))
     found = certify(question, "touching", solved, tol, Effort(began, 0))
     if abs(found.length_ratio - s.sigma) > NEAR or abs(found.tip_height) > DOWN * float(found.y.max()):
         raise _lost(question.words, "touching")

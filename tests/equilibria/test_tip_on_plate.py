@@ -153,6 +153,18 @@ def test_the_largest_flap(ratio, longest, P):
     assert flap.error < 1e-9 > flap.certificate
 
 
+@pytest.mark.parametrize("ratio", [0.3, 1.0])
+def test_touching_states_reach_the_contact_at_T0_in_a_straight_line(ratio):
+    rod = po.Rod.from_ratio(ratio)
+    contact = po.trace(rod, points=40).special("contact")[0].length_ratio
+    slope = (po.touching(rod, 0.999).length_ratio - contact) / 1e-3
+    for below in (1e-4, 7e-5, 1e-5, 1e-6):
+        eq = po.touching(rod, 1.0 - below)
+        assert eq.state == "touching"
+        assert eq.length_ratio == pytest.approx(contact + slope * below, abs=1e-7)
+        assert abs(eq.tip_height) < 1e-9
+
+
 def test_a_sharp_bond_has_the_largest_flap_in_closed_form():
     rod = po.Rod.from_ratio(300.0)
     flap = po.largest_flap(rod)
