@@ -24,8 +24,10 @@ from ..continuation.scene_family import SceneBranch, scene_branches
 from ..model.bond import CohesiveLaw
 from ..model.dimension import DOMAINS, FORCE
 from ..model.labels import OBSERVABLE, fits, known_state
+from ..model.loads import Pressure
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
+from ..model.tips import Middle
 from ..residual import programme
 from ..residual.accuracy import HEIGHT_NOISE, response_to
 from ..residual.closures import READINGS, Closure
@@ -360,7 +362,7 @@ def _nothing(
     nearest = min(values, key=lambda v: abs(v - question.target.value))
     unit = COMMON[question.target.kind].size(question.scene.rod)
     best = f" The nearest that it has: {question.target.kind} = {nearest * unit:.8g}."
-    if GIVEN_UP & {end for branch in branches for end in branch.ends}:
+    if any(_may_go_on(branch, question.target) for branch in branches):
         reached = points[-1].scalars
         return NotConverged(
             f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
@@ -372,6 +374,20 @@ def _nothing(
         f"{best}{there}",
         nearest=nearest * unit,
     )
+
+
+def _may_go_on(branch: SceneBranch, target: Closure) -> bool:
+    """Whether what is asked for may lie beyond an end at which a branch was left.
+
+    The middle of a strip that does not stretch rises as the strip gets longer, and p y is what the bond
+    takes at most: under a uniform pressure a higher one is not met again.
+    """
+    scene = branch.family.scene
+    ends = GIVEN_UP & set(branch.ends)
+    strip = isinstance(scene.tip, Middle) and scene.tip.slack and scene.stretch is None
+    if strip and scene.loads == (Pressure(),) and target.kind == "pressure" and branch.points:
+        ends -= {"long"} if target.value > branch.points[-1].scalars.pressure_ratio else set()
+    return bool(ends)
 
 
 def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBranch]) -> bool:
