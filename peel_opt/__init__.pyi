@@ -16,6 +16,10 @@ from .analysis.loading import LoadingCurve as LoadingCurve
 from .analysis.loading import loading_curve as loading_curve
 from .analysis.maxwell import maxwell_curve as maxwell_curve
 from .analysis.normal_form import NormalForm as NormalForm
+from .analysis.peel import PeelPeak as PeelPeak
+from .analysis.peel import energy_release_rate as energy_release_rate
+from .analysis.peel import initiation_force as initiation_force
+from .analysis.peel import peel_force as peel_force
 from .analysis.reduction import lyapunov_schmidt as lyapunov_schmidt
 from .analysis.sensitivities import sensitivities as sensitivities
 from .analysis.stability import Stability as Stability
@@ -29,6 +33,8 @@ from .analysis.unfolding import Unfolding as Unfolding
 from .analysis.unfolding import unfolding as unfolding
 from .analysis.volume_limits import VolumeLimit as VolumeLimit
 from .analysis.volume_limits import volume_limits as volume_limits
+from .app.cards import Card as Card
+from .app.cards import load_card as load_card
 from .base.errors import (
     AmbiguousState as AmbiguousState,
 )

@@ -15,9 +15,9 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..base.checks import in_si
 from ..base.errors import InvalidInput
 from ..base.roots import zeros
+from ..base.units import in_si
 from ..equilibria.trace import trace
 from ..model.groups import PI4
 from ..model.rod import Rod

@@ -10,9 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from ..base.arrays import floats
-from ..base.checks import BETA0, in_si, non_negative, positive, whole
+from ..base.checks import BETA0, non_negative, positive, whole
 from ..base.errors import OutOfRange
-from ..base.units import told_apart
+from ..base.units import in_si, told_apart
 from ..model.series import UniformSeries, uniform_series
 from .branch_potential import BranchLike
 from .form_potentials import QuarticPotential, series_potential

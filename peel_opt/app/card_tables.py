@@ -9,7 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, mod
 
 from ..base.errors import InvalidInput
 from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
-from ..model.rod import Rod
+from ..model.rod import Rod, plate_stiffness
 
 
 def _read(value: object, info: ValidationInfo, *, kind: Kind, signed: bool = False) -> float:
@@ -94,8 +94,7 @@ class RodTable(CardTable):
                 "give two of adhesion_strength, adhesion_range and work_of_separation;"
                 f" got {', '.join(sorted(bond)) or 'none'}."
             )
-        if self.poisson_ratio is not None and not -1.0 < self.poisson_ratio <= 0.5:
-            raise InvalidInput(f"poisson_ratio must lie above -1 and up to 0.5, got {self.poisson_ratio:g}.")
+        self.rod()  # whose numbers have limits
         return self
 
     def rod(self) -> Rod:
@@ -109,9 +108,7 @@ class RodTable(CardTable):
             self.work_of_separation,
         )
         if self.youngs_modulus and self.thickness and self.poisson_ratio is not None:
-            h = self.thickness
-            # Multiplied out, a slip like 1e200 m becomes infinite, which the rod refuses.
-            k = self.youngs_modulus * h * h * h / (12.0 * (1.0 - self.poisson_ratio**2))
+            k = plate_stiffness(self.youngs_modulus, self.thickness, self.poisson_ratio)
         if G and T0:
             y0 = 2.0 * G / T0
         elif G and y0:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .checks import in_si
+from .units import in_si
 
 #: Distance from 1 to the next double: what the last place of a number is worth, relative to it.
 EPS = float(np.finfo(float).eps)

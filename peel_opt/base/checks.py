@@ -1,65 +1,23 @@
-"""What callers give: units taken off, checks of single values, with messages that name the field."""
+"""What callers give: checks of single values, units taken off, with messages that name the field."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from decimal import Decimal
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
+from .bare_numbers import bare_number
 from .errors import InvalidInput, OutOfRange
+from .units import in_si
 
 #: Beyond these, powers of beta0 soon are no numbers any more, and no rod is there.
 BETA0 = (1e-12, 1e12)
 
 #: A count beyond this is a slip of the pen.
 MOST = 100_000
-
-
-def in_si(name: str, value: Any, unit: str = "") -> Any:
-    """Return quantities of pint, of any registry, as plain numbers; what has no unit as it is.
-
-    NumPy takes the bare magnitude of a quantity: 1.9 mm would become 1.9 m.
-
-    Parameters
-    ----------
-    name : str
-        The argument, named in the message.
-    value : object
-        A number or an array, with or without a unit, or a list of them.
-    unit : str
-        The SI unit; empty for a plain number.
-
-    Raises
-    ------
-    InvalidInput
-        If the unit is another, or one of a library other than pint.
-
-    Examples
-    --------
-    >>> import pint
-    >>> in_si("length", [1.9, 2.0] * pint.UnitRegistry().mm, "m").round(6).tolist()
-    [0.0019, 0.002]
-    """
-    if isinstance(value, list | tuple):
-        bare = [in_si(name, item, unit) for item in value]
-        return value if all(a is b for a, b in zip(bare, value, strict=True)) else bare
-    own = getattr(value, "units", getattr(value, "unit", None))
-    if own is None or str(own) == unit:
-        return getattr(value, "magnitude", value)
-    try:
-        return value.to(unit or "dimensionless").magnitude
-    except AttributeError:  # no quantity of pint
-        reason = "of quantities with units, only those of pint are read"
-    except Exception as error:  # of the registry, whichever that is
-        reason = str(error)
-    raise InvalidInput(
-        f"{name} cannot be taken in {str(own)!r}: {reason}.",
-        remedy=f"Give it in {unit}." if unit else "It is a plain number.",
-    )
 
 
 def positive(name: str, value: object, unit: str = "") -> float:
@@ -125,25 +83,4 @@ def _shortened(number: int) -> str:
 
 
 def _checked(name: str, value: object, unit: str, *, minimum: float, strict: bool) -> float:
-    label = f"{name} [{unit}]" if unit else name
-    value = in_si(name, value, unit)
-    if getattr(value, "shape", None) == () and hasattr(value, "item"):
-        value = value.item()  # the one number of an array without axes
-    if isinstance(value, bool) or not isinstance(value, Real | Decimal):
-        raise InvalidInput(
-            f"{label} must be a number, got {value!r}.",
-            remedy="Texts with units are read in problem cards and on the command line,"
-            " quantities of pint here.",
-        )
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    except ValueError:  # a signalling NaN
-        number = math.nan
-    if not math.isfinite(number):
-        raise InvalidInput(f"{label} must be finite, got {number}.")
-    if number < minimum or (strict and number == minimum):
-        wanted = "positive" if strict else "zero or positive"
-        raise InvalidInput(f"{label} must be {wanted}, got {number:g}.")
-    return number
+    return bare_number(name, in_si(name, value, unit), unit, minimum=minimum, strict=strict)

@@ -11,7 +11,9 @@ from decimal import Context, Decimal, localcontext
 from functools import lru_cache
 from typing import Any
 
-from .checks import finite, positive
+import numpy as np
+
+from .bare_numbers import bare_number
 from .errors import InvalidInput
 
 
@@ -50,6 +52,9 @@ KINDS = {
         CURVATURE,
         FOUNDATION,
         ANGLE,
+        MASS,
+        DRAG,
+        TIME,
         NUMBER,
     )
 }
@@ -88,6 +93,56 @@ _EXACT = Context(prec=40, traps=[])
 _PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 
+def in_si(name: str, value: Any, unit: str = "") -> Any:
+    """Return texts with units and quantities of pint, of any registry, as plain numbers; the rest as it is.
+
+    NumPy takes the bare magnitude of a quantity: 1.9 mm would become 1.9 m.
+
+    Parameters
+    ----------
+    name : str
+        The argument, named in the message.
+    value : object
+        A number, a text such as "1.9 mm" or an array, with or without a unit, or a list of them.
+    unit : str
+        The SI unit; empty for a plain number, for which no text is read.
+
+    Raises
+    ------
+    InvalidInput
+        If the unit is missing or another, or one of a library other than pint.
+
+    Examples
+    --------
+    >>> in_si("length", ["1.9 mm", 2.0e-3], "m")
+    [0.0019, 0.002]
+    >>> import pint
+    >>> in_si("length", [1.9, 2.0] * pint.UnitRegistry().mm, "m").round(6).tolist()
+    [0.0019, 0.002]
+    """
+    if isinstance(value, list | tuple):
+        bare = [in_si(name, item, unit) for item in value]
+        return value if all(a is b for a, b in zip(bare, value, strict=True)) else bare
+    if isinstance(value, str):
+        return _from_text(name, value, KINDS[unit], {}) if unit else value
+    if unit and getattr(value, "dtype", None) is not None and value.dtype.kind in "UO":
+        items = [in_si(name, item, unit) for item in np.ravel(value)]
+        return np.reshape(np.array(items), np.shape(value))
+    own = getattr(value, "units", getattr(value, "unit", None))
+    if own is None or str(own) == unit:
+        return getattr(value, "magnitude", value)
+    try:
+        return value.to(unit or "dimensionless").magnitude
+    except AttributeError:  # no quantity of pint
+        reason = "of quantities with units, only those of pint are read"
+    except Exception as error:  # of the registry, whichever that is
+        reason = str(error)
+    raise InvalidInput(
+        f"{name} cannot be taken in {str(own)!r}: {reason}.",
+        remedy=f"Give it in {unit}." if unit else "It is a plain number.",
+    )
+
+
 def parse(
     name: str,
     value: object,
@@ -121,12 +176,16 @@ def parse(
     >>> parse("adhesion_strength", "140 kPa", PRESSURE)
     140000.0
     """
-    own = own or {}
-    check = finite if signed else positive
-    if not isinstance(value, str):
-        if isinstance(value, int) and abs(value) > 10**300:
-            value = math.inf  # which the check refuses; as a float it would overflow
-        return check(name, value, kind.si)
+    if isinstance(value, str):
+        number = _from_text(name, value, kind, own or {})
+    else:
+        number = in_si(name, value, kind.si)
+    least = -math.inf if signed else 0.0
+    return bare_number(name, number, kind.si, minimum=least, strict=True)
+
+
+def _from_text(name: str, value: str, kind: Kind, own: Mapping[str, float]) -> float:
+    """Return the number and unit of a text in SI units, finite or not."""
     text = value.strip().translate(_SIGNS)
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -138,9 +197,9 @@ def parse(
     if not unit and kind.si:
         raise InvalidInput(f"{name} needs a unit, got {value!r}.", remedy=_wanted(kind, own))
     if not unit or unit in own:
-        return check(name, float(number) * own.get(unit, 1.0), kind.si)
+        return float(number) * own.get(unit, 1.0)
     with localcontext(_EXACT):
-        return check(name, float(Decimal(number) * _scale(name, unit, kind, own)), kind.si)
+        return float(Decimal(number) * _scale(name, unit, kind, own))
 
 
 def unit_in(text: object) -> str:

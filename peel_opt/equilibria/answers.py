@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..base.arrays import brief
-from ..base.checks import in_si, positive
+from ..base.checks import positive
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.records import Column, Schema, Stored, Table, array, entries
+from ..base.units import in_si
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.groups import PI4
 from ..model.labels import known_state
@@ -273,10 +274,10 @@ def answers(
     return Answers(given, options, **shaped)
 
 
-def _numbers(name: str, value: Any) -> np.ndarray:
+def _numbers(name: str, value: Any, unit: str = "") -> np.ndarray:
     """Return what was given as an array of numbers, or say what it is instead."""
+    plain = np.asarray(in_si(name, value, unit))
     try:
-        plain = np.asarray(in_si(name, value))
         if plain.dtype.kind == "O" and all(isinstance(number, Real | Decimal) for number in plain.flat):
             plain = plain.astype(float)
         if plain.dtype.kind not in "fiu":
@@ -343,13 +344,17 @@ def _of_scene(
     if not isinstance(scene, Scene):
         raise InvalidInput(f"scene must be a Scene, got {scene!r:.60}.")
     asks = KINDS[kind]
-    columns = _broadcast({name: _numbers(name, value) for name, value in (given | numbers).items()})
-    shape, rod = columns[kind[1]].shape, scene.rod
     if strange := [name for name in numbers if name not in scene.numbers]:
         raise InvalidInput(
             f"{strange[0]!r} is no number of this scene.",
             remedy=f"It has {', '.join(scene.numbers) or 'none'}; name a load in the scene, with any size.",
         )
+    rod = scene.rod
+    units = {name: "" if rod.dimensionless else scene.dimensions[name].unit for name in numbers}
+    columns = _broadcast(
+        {name: _numbers(name, value, units.get(name, "")) for name, value in (given | numbers).items()}
+    )
+    shape = columns[kind[1]].shape
     flat = {name: values.ravel() for name, values in columns.items()}
     count = len(flat[kind[1]])
     arrays = {name: np.full(count, math.nan) for name in NUMBERS} | {

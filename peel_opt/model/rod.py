@@ -58,6 +58,49 @@ class Rod:
         """Rod with eta/y0 = ``ratio`` in units where T0 = 1 and eta = 1."""
         return cls(1.0, 1.0, 1.0 / positive("ratio", ratio))
 
+    @classmethod
+    def from_sheet(
+        cls,
+        youngs_modulus: float,
+        thickness: float,
+        poisson_ratio: float,
+        strength: float,
+        work_of_separation: float,
+    ) -> Rod:
+        """Rod cut from a sheet, of what data sheets and peel tests say.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            E [Pa].
+        thickness : float
+            h [m].
+        poisson_ratio : float
+            nu, above -1 and up to 0.5.
+        strength : float
+            T0 [Pa], the traction at which the bond starts to open.
+        work_of_separation : float
+            G [J/m^2], for instance F (1 - cos phi) of a peel test, see `peel_opt.energy_release_rate`.
+
+        Returns
+        -------
+        Rod
+            Its k is `plate_stiffness`, its y0 is 2 G / T0, law (8).
+
+        Raises
+        ------
+        InvalidInput
+
+        Examples
+        --------
+        >>> tape = Rod.from_sheet("1.5 GPa", "40 um", 0.4, "0.5 MPa", "100 J/m^2")
+        >>> round(tape.bending_stiffness * 1e6, 6), round(tape.adhesion_range * 1e3, 6)
+        (9.52381, 0.4)
+        """
+        T0 = positive("strength", strength, "Pa")
+        G = positive("work_of_separation", work_of_separation, "J/m^2")
+        return cls(plate_stiffness(youngs_modulus, thickness, poisson_ratio), T0, 2.0 * G / T0)
+
     @property
     def eta(self) -> float:
         """Elasto-adhesion length (k/T0)^(1/3) [m]."""
@@ -115,6 +158,30 @@ class Rod:
             f"Rod(k={self.bending_stiffness:.6g} N m, T0={self.adhesion_strength:.6g} Pa, "
             f"y0={self.adhesion_range:.6g} m; eta={self.eta:.4g} m, eta/y0={self.ratio:.4g})"
         )
+
+
+def plate_stiffness(youngs_modulus: float, thickness: float, poisson_ratio: float) -> float:
+    """Return k = E h^3 / (12 (1 - nu^2)) [N m] of a sheet bent to a cylinder, per unit width.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E [Pa].
+    thickness : float
+        h [m].
+    poisson_ratio : float
+        nu, above -1 and up to 0.5.
+
+    Raises
+    ------
+    InvalidInput
+    """
+    E, h = positive("youngs_modulus", youngs_modulus, "Pa"), positive("thickness", thickness, "m")
+    nu = finite("poisson_ratio", poisson_ratio)
+    if not -1.0 < nu <= 0.5:
+        raise InvalidInput(f"poisson_ratio must lie above -1 and up to 0.5, got {nu:g}.")
+    # Multiplied out, a slip like 1e200 m becomes infinite, which the rod refuses.
+    return E * h * h * h / (12.0 * (1.0 - nu**2))
 
 
 def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:

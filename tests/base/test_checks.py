@@ -25,7 +25,7 @@ def test_any_real_number_is_taken_as_a_float(value: object) -> None:
     ("value", "words"),
     [
         (True, "must be a number"),
-        ("2 kPa", "must be a number"),
+        (b"2 kPa", "must be a number"),
         (None, "must be a number"),
         (1j, "must be a number"),
         ([1.0, 2.0], "must be a number"),

@@ -14,7 +14,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.base.arrays import floats
-from peel_opt.base.checks import in_si
+from peel_opt.base.units import in_si
 
 from ..rods import FLAP
 

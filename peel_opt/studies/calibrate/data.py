@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import flag, in_si, listed, positive
+from ...base.checks import flag, listed, positive
 from ...base.errors import InvalidInput
+from ...base.units import in_si
 from ...model.labels import OBSERVABLE, known_state
 
 #: Least and largest standard deviation of a number, as a share of it.

@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...base.checks import in_si, positive
+from ...base.checks import positive
 from ...base.errors import InvalidInput
+from ...base.units import in_si
 from ...equilibria.methods import Method, as_method
 from ...equilibria.question import ASKS, known_law, rod_questions
 from ...model.bond import CohesiveLaw
@@ -256,7 +257,7 @@ def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
     if given.dtype.kind not in "iuf" and given.size:
         raise InvalidInput(
             f"the axis {name!r} must hold numbers, got {reprlib.repr(values)}.",
-            remedy="SI units are meant; texts with units are read on the command line, here those of pint.",
+            remedy="Give numbers in SI units, texts with units or quantities of pint; a ratio has none.",
         )
     array = given.astype(np.float64)
     if array.ndim > 1 or not array.size:

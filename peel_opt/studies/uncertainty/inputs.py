@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from ...base.checks import in_si, positive
+from ...base.checks import positive
 from ...base.errors import InvalidInput
-from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, parse
+from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si, parse
 from ...model.rod import Units
 from ..sweep.plan import SI, si_of
 from ..sweep.ranges import parse_together
@@ -107,7 +107,8 @@ def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Sprea
         If it has none of these forms, or the nominal value cannot come of it.
     """
     unit = units.of_number(name)
-    given = in_si(name, given, si_of(name, units))
+    if not isinstance(given, str):
+        given = in_si(name, given, si_of(name, units))
     if isinstance(given, str):
         distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)
     elif hasattr(given, "ppf") and hasattr(given, "std"):
