@@ -8,27 +8,14 @@ from pathlib import Path
 import peel_opt as po
 from peel_opt.app.any_card import load_any
 from peel_opt.app.cards import Card
+from peel_opt.app.flaw_report import CHARTED, limits_of
 from peel_opt.plots import plot_safe_pressures, save_figure
 
 CARDS = Path(__file__).parent.parent / "problems"
 
-#: Lengths without glue over eta.
-FLAWS = (0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
-
-
-def snaps(rod: po.Rod, flaws: tuple[float, ...]) -> list[po.FlawLimit]:
-    """Return the limits of edges, given over eta in rising order, up to those that grow stably instead."""
-    found: list[po.FlawLimit] = []
-    for flaw in flaws:
-        try:
-            found.append(po.safe_pressure(rod, flaw * rod.eta))
-        except po.NoEquilibrium:
-            break
-    return found
-
 
 def main(
-    out: Path | None = None, flaws: tuple[float, ...] = FLAWS, cards: str = "*"
+    out: Path | None = None, flaws: tuple[float, ...] = CHARTED, cards: str = "*"
 ) -> dict[str, list[po.FlawLimit]]:
     """Return the limits of each material; with ``out``, write a chart of each that has two there."""
     found = {}
@@ -38,7 +25,7 @@ def main(
         rod = card.rod() if isinstance(card, Card) and card.scene_table is None else None
         if rod is None or rod.dimensionless:
             continue
-        found[path.stem] = snaps(rod, flaws)
+        found[path.stem] = limits_of(rod, flaws)
         if out is not None and len(found[path.stem]) > 1:
             out.mkdir(parents=True, exist_ok=True)
             save_figure(plot_safe_pressures(rod, found[path.stem]).figure, out / f"{path.stem}.png")

@@ -63,7 +63,7 @@ def energy_release_rate(force: Any, angle: Any) -> Any:
     200.0
     """
     F = _checked("force", force, "N/m", least=0.0)
-    return _plain(F * _factor(angle))
+    return _together(np.multiply, F, _factor(angle))
 
 
 def peel_force(work: Any, angle: Any) -> Any:
@@ -91,7 +91,7 @@ def peel_force(work: Any, angle: Any) -> Any:
     200.0
     """
     G = _checked("work", work, "J/m^2", least=0.0)
-    return _plain(G / _factor(angle))
+    return _together(np.divide, G, _factor(angle))
 
 
 def _factor(angle: Any) -> np.ndarray:
@@ -120,8 +120,16 @@ def _checked(name: str, value: Any, unit: str, least: float) -> np.ndarray:
     return numbers
 
 
-def _plain(values: np.ndarray) -> Any:
-    return values if np.ndim(values) else float(values)
+def _together(operation: np.ufunc, one: np.ndarray, other: np.ndarray) -> Any:
+    """Return a number of two numbers, or an array of arrays of a common shape."""
+    try:
+        found = operation(one, other)
+    except ValueError as error:
+        raise InvalidInput(
+            f"arrays of the shapes {one.shape} and {other.shape} have no common one.",
+            remedy="Give arrays that broadcast.",
+        ) from error
+    return found if np.ndim(found) else float(found)
 
 
 @dataclass(frozen=True)

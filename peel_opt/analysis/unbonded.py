@@ -19,7 +19,7 @@ from ..base.threads import one_thread
 from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
 from ..continuation.special import Located
 from ..model.bond import CohesiveLaw
-from ..model.rod import RATIOS, Rod, require_rod
+from ..model.rod import RATIOS, Rod, Units, require_rod
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.free_arc import curve
@@ -214,13 +214,14 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
     if branch.family.free is not None:
         longest = rod.length(max(branch.family.loading(p) for p in branch.points))
         raise NoEquilibrium(
-            f"no edge snaps at this pressure: those that were followed, up to a = {longest:.6g}, grow stably."
+            f"no edge snaps at this pressure: those that were followed, up to a = {longest:.6g}"
+            f" {Units.of(rod).length}, grow stably."
         )
     highest = min(1.0, (touching_stretch() / scene.numbers["unbonded"]) ** 3)
+    held = f"{rod.pressure(highest):.6g} {Units.of(rod).pressure}"
     where = "where the bond itself fails" if highest == 1.0 else "where its tip comes back to the plate"
     raise NoEquilibrium(
-        f"the edge does not snap: it grows stably up to p = {rod.pressure(highest):.6g}"
-        f" (p/T0 = {highest:.6g}), {where}.",
+        f"the edge does not snap: it grows stably up to p = {held} (p/T0 = {highest:.6g}), {where}.",
         nearest=rod.pressure(highest),
     )
 

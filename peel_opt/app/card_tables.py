@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Annotated, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo, model_validator
 
 from ..base.errors import InvalidInput
 from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
@@ -73,6 +73,20 @@ class RodTable(CardTable):
     mass_per_area: Mass | None = None
     drag: Drag | None = None
     ratio: Number | None = None
+
+    @classmethod
+    def of(cls, numbers: dict[str, float]) -> Self:
+        """Return the table of numbers [SI] outside any card.
+
+        Raises
+        ------
+        InvalidInput
+            If they make no rod.
+        """
+        try:
+            return cls(**numbers)
+        except ValidationError as error:
+            raise error.errors()[0]["ctx"]["error"] from error
 
     @model_validator(mode="after")
     def _determines_a_rod(self) -> Self:

@@ -61,6 +61,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ..base.errors import CardError, InvalidInput, PeelOptError
+from ..base.files import as_path
 from ..model.rod import Rod
 from ..model.scene import Scene
 from .card_tables import CardTable, GroupsTable, RodTable
@@ -294,7 +295,7 @@ def read_card(path: str | Path) -> dict[str, Any]:
     """
     shown = str(path)
     try:
-        with open(path, "rb") as file:
+        with open(as_path(path), "rb") as file:
             data = file.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise CardError(

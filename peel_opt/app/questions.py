@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, model_validator
 
 from ..analysis.unbonded import FlawLimit, critical_flaw, safe_pressure
-from ..base.errors import InvalidInput, PeelOptError
+from ..base.errors import InvalidInput, OutOfRange, PeelOptError
 from ..base.units import KINDS, NUMBER, parse, unit_in
 from ..equilibria.ask import ask_rod, equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
@@ -18,6 +18,7 @@ from ..equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_question import posed
 from ..equilibria.scenes import SCENE_STATES, plain_law, refuse_options, scene_method, solve
+from ..equilibria.select import OTHERS
 from ..model.labels import STATES, known_state
 from ..model.rod import Rod
 from ..model.scene import Scene
@@ -191,6 +192,9 @@ class QuestionTable(CardTable):
         if self.flaw is not None:
             return partial(safe_pressure, rod, self._in_units_of(rod, FLAW), law=law)
         pressure = self._in_units_of(rod, self.given)
+        if unit := unit_in(getattr(self, self.given)):
+            size = self._in_units_of(rod, self.given, f"1 {unit}")
+            return partial(_snapping, unit, size, rod, pressure, law=law)
         return partial(critical_flaw, rod, pressure, law=law)
 
     def _posed_of_a_scene(self, scene: Scene) -> Posed:
@@ -225,7 +229,10 @@ class QuestionTable(CardTable):
         """Return a call with what is given; where that has a unit, errors speak in it."""
         value = self._in_units_of(subject, self.given)
         if unit := unit_in(getattr(self, self.given)):
-            ask = partial(_with_nearest_in, unit, self._in_units_of(subject, self.given, f"1 {unit}"), ask)
+            size = self._in_units_of(subject, self.given, f"1 {unit}")
+            plain = isinstance(subject, Rod) and self.law in (None, "auto", "cohesive")
+            closes = plain and self.state in (None, "unfolded")
+            ask = partial(_in_words_of_the_trade, unit, size, self._asks.given if closes else None, ask)
         return partial(ask, value, **options)
 
     def _in_units_of(self, subject: Rod | Scene, name: str, text: str = "") -> float:
@@ -249,13 +256,45 @@ def _shown(value: object) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-def _with_nearest_in(
-    unit: str, size: float, ask: Callable[..., Equilibrium], *given: Any, **options: Any
+def _in_words_of_the_trade(
+    unit: str,
+    size: float,
+    given: Measure | None,
+    ask: Callable[..., Equilibrium],
+    value: float,
+    **options: Any,
 ) -> Equilibrium:
-    """Ask; an error that names the nearest value with an answer names it in the unit typed too."""
+    """Ask; an error that names the nearest value with an answer says what that is, in the unit typed.
+
+    ``given``: what is given of an unfolded state under law (8), whose ends are known by name.
+    """
     try:
-        return ask(*given, **options)
+        return ask(value, **options)
     except PeelOptError as error:
-        if error.nearest is not None:
-            error.args = (f"{error} That is {error.nearest / size:.8g} {unit}.",)
+        if error.nearest is None:
+            raise
+        nearest = f"{error.nearest / size:.8g} {unit}"
+        above = value > error.nearest
+        if given is PRESSURE:
+            end = "From {} on the bond itself fails." if above else "Below {} every lifted edge closes."
+        elif given is LENGTH:
+            end = "None is longer than {}." if above else "None is shorter than {}."
+        else:
+            error.args = (f"{error} That is {nearest}.",)
+            raise
+        _, others, named = str(error).partition(OTHERS)
+        asked = f"no unfolded equilibrium at {given.name} {value / size:.8g} {unit}."
+        error.args = (f"{asked} {end.format(nearest)}{others}{named}",)
+        raise
+
+
+def _snapping(unit: str, size: float, rod: Rod, pressure: float, **options: Any) -> FlawLimit:
+    """Ask for the critical flaw; from the strength of the bond on, say so in the unit typed."""
+    try:
+        return critical_flaw(rod, pressure, **options)
+    except OutOfRange as error:
+        if pressure > 0.0:
+            strength = f"{rod.adhesion_strength / size:.8g} {unit}"
+            given = f"{pressure / size:.8g} {unit}"
+            error.args = (f"no flaw is critical at {given}: from T0 = {strength} on every edge snaps.",)
         raise

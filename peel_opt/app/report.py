@@ -16,7 +16,7 @@ from ..analysis.loading import loading_curve
 from ..analysis.unbonded import FlawLimit
 from ..base.errors import PeelOptError
 from ..base.files import atomic_write
-from ..base.units import display
+from ..base.units import ShownUnits, display
 from ..equilibria.result import Equilibrium
 from ..model.named_laws import law_named
 from ..model.rod import Rod
@@ -39,7 +39,7 @@ from .scene_report import (
 Answered = tuple[str, Answer | PeelOptError]
 
 
-def describe_rod(rod: Rod) -> str:
+def describe_rod(rod: Rod, shown: ShownUnits | None = None) -> str:
     """Return the rod in one line, with units unless it has only its own."""
     if rod.dimensionless:
         return f"eta/y0 = {rod.ratio:.6g}"
@@ -49,24 +49,27 @@ def describe_rod(rod: Rod) -> str:
         ("y0", rod.adhesion_range, "m"),
         ("eta", rod.eta, "m"),
     )
-    values = [f"{symbol} = {display(value, unit, 4)}" for symbol, value, unit in named]
+    values = [f"{symbol} = {display(value, unit, 4, shown)}" for symbol, value, unit in named]
     return ", ".join([*values, f"eta/y0 = {rod.ratio:.4g}"])
 
 
-def cells(found: Answer) -> dict[str, str]:
+def cells(found: Answer, shown: ShownUnits | None = None) -> dict[str, str]:
     """Return what a reader wants to know of an answer, as texts by title."""
-    return flaw_cells(found) if isinstance(found, FlawLimit) else _cells_of_a_state(found)
+    return flaw_cells(found, shown) if isinstance(found, FlawLimit) else _cells_of_a_state(found, shown)
 
 
-def _cells_of_a_state(eq: Equilibrium) -> dict[str, str]:
+def _cells_of_a_state(eq: Equilibrium, shown: ShownUnits | None) -> dict[str, str]:
     found: dict[str, str] = {}
     if eq.rod is None:
         found |= {"alpha": number(eq.alpha), "alpha1": number(eq.alpha1), "beta0": f"{eq.beta0:g}"}
         found |= {"lambda": f"{eq.lam:g}"}
     elif not eq.rod.dimensionless:
-        found |= {"pressure": display(eq.pressure, "Pa", DIGITS), "length": display(eq.length, "m", DIGITS)}
+        found |= {"pressure": display(eq.pressure, "Pa", DIGITS, shown)}
+        found |= {"length": display(eq.length, "m", DIGITS, shown)}
     if eq.rod is not None and (own := found_numbers(eq)):
-        found["with"] = ", ".join(f"{name} = {quantity(eq.rod, *value)}" for name, value in own.items())
+        found["with"] = ", ".join(
+            f"{name} = {quantity(eq.rod, *value, shown=shown)}" for name, value in own.items()
+        )
     return found | {
         "p/T0": number(eq.pressure_ratio),
         "sbar/eta": number(eq.length_ratio),
@@ -79,11 +82,11 @@ def _cells_of_a_state(eq: Equilibrium) -> dict[str, str]:
     }
 
 
-def table(answers: Sequence[Answered]) -> str:
+def table(answers: Sequence[Answered], shown: ShownUnits | None = None) -> str:
     """Return one line for each question; the error column belongs to p/T0, sbar/eta or alpha1."""
     rows: list[dict[str, str]] = [
         {"question": label}
-        | ({"status": found.status, "flags": "-"} if isinstance(found, PeelOptError) else cells(found))
+        | ({"status": found.status, "flags": "-"} if isinstance(found, PeelOptError) else cells(found, shown))
         for label, found in answers
     ]
     fullest = max(rows, key=len)
@@ -100,24 +103,24 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def sheet(label: str, answer: Answer) -> str:
+def sheet(label: str, answer: Answer, shown: ShownUnits | None = None) -> str:
     """Return one answer, a line for each number."""
-    found = {} if answer.rod is None else {"rod": describe_rod(answer.rod)}
+    found = {} if answer.rod is None else {"rod": describe_rod(answer.rod, shown)}
     if isinstance(answer, Equilibrium) and isinstance(answer.scene, Scene):
-        found["scene"] = describe_scene(answer.scene)
-    found |= cells(answer)
+        found["scene"] = describe_scene(answer.scene, shown)
+    found |= cells(answer, shown)
     width = max(map(len, found))
     return "\n".join([label, *(f"  {title.ljust(width)}  {text}" for title, text in found.items())])
 
 
-def heading(card: Card, path: str) -> str:
+def heading(card: Card, path: str, shown: ShownUnits | None = None) -> str:
     """Return what the answers of a card are about, and what its numbers rest on."""
     lines = [f"{one_line(card.title)}  ({path})"]
     rod, scene = card.rod(), card.scene()
     if rod is not None:
-        lines.append(f"  {describe_rod(rod)}")
+        lines.append(f"  {describe_rod(rod, shown)}")
     if scene is not None:
-        lines.append(f"  scene: {describe_scene(scene)}")
+        lines.append(f"  scene: {describe_scene(scene, shown)}")
     for word, fields in (("sourced", card.sources), ("estimated", card.estimates)):
         if fields:
             lines.append(f"  {word}: {', '.join(fields)}")

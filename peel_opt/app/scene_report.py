@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 from ..analysis.unbonded import FlawLimit
-from ..base.units import ANGLE, CURVATURE, display
+from ..base.units import ANGLE, CURVATURE, ShownUnits, display
 from ..equilibria.result import Equilibrium
 from ..model.blister import Blister
 from ..model.dimension import LENGTH, Dimension
@@ -21,7 +21,7 @@ from ..model.tips import Contact
 DIGITS = 8
 
 
-def describe_scene(scene: Scene) -> str:
+def describe_scene(scene: Scene, shown: ShownUnits | None = None) -> str:
     """Return in one line what acts on the rod of a scene: kinds in words, then its numbers."""
     rod, q, words = scene.rod, scene.numbers, []
     if isinstance(scene, Blister):
@@ -30,7 +30,7 @@ def describe_scene(scene: Scene) -> str:
     words += [f"pressure profile {_in_words(profile)}" for profile in profiles]
     if kw := q.get("curvature"):
         words.append(f"wall {'inside' if kw > 0.0 else 'outside'} a circle of radius")
-        words[-1] += f" {quantity(rod, rod.eta / abs(kw), LENGTH, 4)}"
+        words[-1] += f" {quantity(rod, rod.eta / abs(kw), LENGTH, 4, shown)}"
     if isinstance(scene.tip, Contact):
         words.append("tip resting on the wall")
     if scene.bond is LINE:
@@ -42,7 +42,7 @@ def describe_scene(scene: Scene) -> str:
         words.append(f"{scene.bond.name} law")
     kinds = scene.dimensions
     given = {name: value * kinds[name].size(rod) for name, value in q.items() if value}
-    words += [f"{name} = {quantity(rod, value, kinds[name], 6)}" for name, value in given.items()]
+    words += [f"{name} = {quantity(rod, value, kinds[name], 6, shown)}" for name, value in given.items()]
     return ", ".join(words) or "as in the paper"
 
 
@@ -60,10 +60,18 @@ def found_numbers(eq: Equilibrium) -> dict[str, tuple[float, Dimension]]:
     return {name: (eq.numbers[name], kinds[name]) for name in names}
 
 
-def quantity(rod: Rod, value: float, dimension: Dimension, digits: int = DIGITS) -> str:
+def quantity(
+    rod: Rod,
+    value: float,
+    dimension: Dimension,
+    digits: int = DIGITS,
+    shown: ShownUnits | None = None,
+) -> str:
     """Return a number of a scene with its unit; an angle of a rod with units in degrees."""
     if rod.dimensionless or not dimension.unit:
         return f"{value:.{digits}g} {dimension.unit_of(rod)}".rstrip()
+    if shown and dimension.unit in shown:
+        return display(value, dimension.unit, digits, shown)
     if dimension.unit == ANGLE.si:
         return f"{math.degrees(value):.{digits}g} deg"
     if dimension.unit == CURVATURE.si:  # which has no prefixes
@@ -71,15 +79,15 @@ def quantity(rod: Rod, value: float, dimension: Dimension, digits: int = DIGITS)
     return display(value, dimension.unit, digits)
 
 
-def flaw_cells(limit: FlawLimit) -> dict[str, str]:
+def flaw_cells(limit: FlawLimit, shown: ShownUnits | None = None) -> dict[str, str]:
     """Return what a reader wants to know of the snap of a flaw, as texts by title."""
     found: dict[str, str] = {}
     if not limit.rod.dimensionless:
         found = {
-            "pressure": display(limit.pressure, "Pa", DIGITS),
-            "length": display(limit.length, "m", DIGITS),
+            "pressure": display(limit.pressure, "Pa", DIGITS, shown),
+            "length": display(limit.length, "m", DIGITS, shown),
         }
-    flaw = quantity(limit.rod, limit.flaw, LENGTH)
+    flaw = quantity(limit.rod, limit.flaw, LENGTH, shown=shown)
     return found | {
         "with": f"flaw = {flaw}",
         "p/T0": number(limit.pressure_ratio),

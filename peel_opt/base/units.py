@@ -230,14 +230,68 @@ def _refuse_separators(name: str, digits: str) -> None:
     raise InvalidInput(f"{name} has {words}, got {digits!r}.", remedy=f"Write {write}.")
 
 
-def display(value: float, unit: str, digits: int = 6) -> str:
+#: Units to show values in, by the SI unit of what they measure: the name and its SI value.
+ShownUnits = Mapping[str, tuple[str, float]]
+
+
+def shown_units(name: str, text: str) -> ShownUnits:
+    """Read the units that values are to be shown in, of a list such as "mmHg,mm".
+
+    Parameters
+    ----------
+    name : str
+        The option, named in every message.
+    text : str
+
+    Returns
+    -------
+    mapping of str to (str, float)
+
+    Raises
+    ------
+    InvalidInput
+        If one of them measures nothing here.
+
+    Examples
+    --------
+    >>> sorted(shown_units("--units", "kPa, mm"))
+    ['Pa', 'm']
+    """
+    found: dict[str, tuple[str, float]] = {}
+    for unit in filter(None, map(str.strip, text.split(","))):
+        refused: list[InvalidInput] = []
+        for si in filter(None, KINDS):
+            try:
+                found[si] = unit, parse(name, f"1 {unit}", KINDS[si])
+            except InvalidInput as error:
+                refused.append(error)
+        if len(refused) == len(KINDS) - 1:
+            raise refused[0]
+    return found
+
+
+def display(value: float, unit: str, digits: int = 6, shown: ShownUnits | None = None) -> str:
     """Write an SI value with an engineering prefix, in ASCII: 1.79810 mm, 60.0000 kPa.
+
+    Parameters
+    ----------
+    value : float
+    unit : str
+        Its SI unit.
+    digits : int
+    shown : mapping, optional
+        Units in the place of SI, from `shown_units`.
 
     Examples
     --------
     >>> display(6e4, "Pa")
     '60.0000 kPa'
+    >>> display(6e4, "Pa", shown=shown_units("--units", "mmHg"))
+    '450.037 mmHg'
     """
+    if shown and unit in shown:
+        name, size = shown[unit]
+        return f"{value / size:#.{digits}g} {name}".replace(". ", " ")
     number, power = _engineering(value, digits)
     return f"{number} {_PREFIXES.get(power, '')}{unit}"
 

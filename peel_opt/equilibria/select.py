@@ -23,6 +23,9 @@ from ..model.rod import RATIOS
 from ..residual.closures import READINGS, Closure
 from .question import PRESSURE, Question
 
+#: How a message goes on that names the states that exist in the place of the one asked for.
+OTHERS = " States that do exist there: "
+
 #: Distance of two answers, as a share of ``near``, within which they are one.
 SAME = 1e-7
 
@@ -209,7 +212,7 @@ def _nothing_fits(
         message += f" The nearest that does exist: {question.asks.given.name} = {question.named(nearest)}."
     if found:
         listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)
-        message += f" States that do exist there: {', '.join(listed)}."
+        message += f"{OTHERS}{', '.join(listed)}."
     remedy = "Ask for one of them with state=." if found else ""
     return NoEquilibrium(message, remedy=remedy, nearest=nearest)
 

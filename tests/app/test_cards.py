@@ -1,5 +1,6 @@
 """Problem cards: what they may say, what they answer, what is refused and how."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -312,7 +313,9 @@ def test_a_card_in_water_columns_and_mils(card):
 def test_the_nearest_that_does_exist_is_said_in_the_unit_that_was_typed(card, asked, unit, size):
     ((_, error),) = card(SI.replace('length = "1.9 mm"', asked)).ask()
     assert isinstance(error, NoEquilibrium)
-    said, name = str(error).rstrip(".").rsplit("That is ", 1)[1].split()
+    end = r"(Below|None is shorter than) ([\d.]+) (\w+)"
+    side, said, name = re.search(end, str(error)).groups()
+    assert (side == "Below") == asked.startswith("pressure")
     assert name == unit
     assert float(said) * size == pytest.approx(error.nearest, rel=1e-7)
 

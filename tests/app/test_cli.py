@@ -314,13 +314,20 @@ def test_wrong_input_is_one_line_and_code_2(call, arguments, words):
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["fly"], ["run"], ["pressure", *ROD], ["run", AORTA, "--tol", "x"], ["run", AORTA, "--tol", "-1"],
+    [["fly"], ["run"], ["pressure", *ROD], ["run", AORTA, "--tol", "x"], ["run", AORTA, "--tol", "-1"],
      ["run", AORTA, "--jso"]],
 )  # fmt: skip
 def test_usage_errors_are_code_2(call, arguments):
     code, out, err = call(*arguments)
     assert (code, out) == (2, "")
     assert "usage: peel-opt" in err
+
+
+def test_alone_it_prints_its_help(call):
+    code, out, err = call()
+    assert (code, err) == (0, "")
+    assert out == call("--help")[1]
+    assert "commands:" in out
 
 
 def test_ctrl_c_is_code_130(call, monkeypatch):

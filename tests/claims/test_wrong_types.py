@@ -156,8 +156,8 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Answers Branch Calibration Design Equilibrium FlawLimit FoldCurve LoadingCurve Sensitivities SpecialPoint
-Stability Sweep
+Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve LoadingCurve PeelPeak Sensitivities
+SpecialPoint Stability Sweep
 """
 OTHERS = (
     "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"

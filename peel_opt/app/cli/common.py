@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from ...base.units import ShownUnits
     from ...model.rod import Rod
     from ...model.scene import Scene
     from .files import Files
@@ -23,6 +24,17 @@ _ANSWER = {
     "method": "auto, series, spectral, collocation or shooting",
 }
 
+#: Words over the options of a rod that may be cut from a sheet.
+SHEETS = "--k or --E, --thickness, --nu with two of --T0, --y0, --work; or --ratio, or --card"
+
+#: How a rod is described that is cut from a sheet, beside --T0 or --y0.
+SHEET = {
+    "E": "Young's modulus, such as '1.5 GPa'; with --thickness and --nu in the place of --k",
+    "thickness": "of the sheet, such as '40 um' or '1.6 mil'",
+    "nu": "Poisson's ratio",
+    "work": "of separation, such as '100 J/m^2'; in the place of one of --T0 and --y0",
+}
+
 #: Adds a command: name, what it does, function.
 AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
@@ -33,8 +45,12 @@ def rod_options(
     *,
     examples: tuple[str, str, str] = ("23 uN m", "140 kPa", "0.73 mm"),
     ratio: str = "eta/y0 alone; lengths are then in eta, pressures in T0",
+    sheet: bool = False,
 ) -> None:
-    """Add the ways to describe a rod; without words about it, none by its ratio."""
+    """Add the ways to describe a rod; without words about it, none by its ratio.
+
+    ``sheet``: the stiffness may be that of a sheet, the bond may be known by its work of separation.
+    """
     rod = sub.add_argument_group("rod", ways)
     named = zip(
         ("k", "T0", "y0"), ("bending stiffness", "adhesion strength", "adhesion range"), examples, strict=True
@@ -42,9 +58,16 @@ def rod_options(
     for flag, words, example in named:
         about = f"{words}, such as '{example}'".replace("%", "%%")
         rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
+    for flag, about in SHEET.items() if sheet else ():
+        rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
     if ratio:
         rod.add_argument("--ratio", metavar="VALUE", help=ratio)
     rod.add_argument("--card", metavar="CARD", help="the rod of a problem card")
+
+
+def law_option(sub: argparse.ArgumentParser) -> None:
+    """Add --law alone: what is read off the states has an error, but no tolerance of its own."""
+    sub.add_argument("--law", help=_ANSWER["law"])
 
 
 def answer_options(
@@ -54,6 +77,11 @@ def answer_options(
     for name in names:
         sub.add_argument(f"--{name}", help=_ANSWER[name])
     sub.add_argument("--tol", type=tolerance, help=tol)
+
+
+def units_option(sub: argparse.ArgumentParser) -> None:
+    """Add --units, in which a table is printed."""
+    sub.add_argument("--units", metavar="UNITS", help="of what is printed, such as 'mmHg,mm' (SI)")
 
 
 def output_options(sub: argparse.ArgumentParser, files: str) -> None:
@@ -69,6 +97,23 @@ def force_option(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--force", action="store_true", help="replace files of another rod or question")
 
 
+def shown_units(arguments: argparse.Namespace) -> ShownUnits:
+    """Return the units that are asked for by --units.
+
+    Raises
+    ------
+    InvalidInput
+        If they are none, or a document is asked for, which is in SI units.
+    """
+    from ...base.units import shown_units as read
+
+    if arguments.units is None:
+        return read("--units", "")
+    if arguments.json:
+        raise InvalidInput("--units is of what is printed for people; --json has its own, in its keys.")
+    return read("--units", arguments.units)
+
+
 def chosen(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
     """Return those of the options that are given."""
     values = {name: getattr(arguments, name) for name in names}
@@ -77,9 +122,8 @@ def chosen(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
 
 def by_beta0(arguments: argparse.Namespace) -> bool:
     """Return whether a question is about --beta0, or else about a rod."""
-    material = (arguments.k, arguments.T0, arguments.y0, arguments.ratio, arguments.card)
-    if (arguments.beta0 is not None) == any(value is not None for value in material):
-        raise InvalidInput("give either --beta0, or a rod by --k, --T0 and --y0, --ratio or --card.")
+    if (arguments.beta0 is not None) == describes_rod(arguments):
+        raise InvalidInput(f"give either --beta0, or a rod {_WAYS}.")
     return arguments.beta0 is not None
 
 
@@ -90,22 +134,71 @@ def rod_from(arguments: argparse.Namespace) -> Rod:
 
 def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
     """Return the rod that the options describe, or the scene of a card."""
-    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, parse
-    from ...model.rod import Rod
-
-    numbers = {"--k": arguments.k, "--T0": arguments.T0, "--y0": arguments.y0}
-    given = [flag for flag, value in numbers.items() if value is not None]
-    ways = (bool(given), arguments.ratio is not None, arguments.card is not None)
-    if sum(ways) != 1:
-        raise InvalidInput("give the rod by --k, --T0 and --y0, or by --ratio, or by --card.")
+    ways = (material_of(arguments), arguments.ratio is not None, arguments.card is not None)
+    if sum(map(bool, ways)) != 1:
+        raise InvalidInput(f"give the rod {_WAYS}.")
     if arguments.card is not None:
         return _of_card(arguments.card)
     if arguments.ratio is not None:
+        from ...base.units import NUMBER, parse
+        from ...model.rod import Rod
+
         return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
-    if missing := [flag for flag in numbers if flag not in given]:
+    return _of_material(material_of(arguments))
+
+
+#: The ways to describe a rod.
+_WAYS = "by --k, --T0 and --y0, or by --ratio, or by --card"
+
+
+def describes_rod(arguments: argparse.Namespace) -> bool:
+    """Return whether any of the options says something of a rod."""
+    return bool(material_of(arguments)) or arguments.ratio is not None or arguments.card is not None
+
+
+def material_of(arguments: argparse.Namespace) -> dict[str, str]:
+    """Return what is given of the material of a rod, by option."""
+    values = {name: getattr(arguments, name, None) for name in ("k", "T0", "y0", *SHEET)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _of_material(given: dict[str, str]) -> Rod:
+    """Return the rod that its material makes: a stiffness or a sheet, and two of T0, y0 and the work."""
+    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, parse
+    from ..card_tables import RodTable
+
+    stiffness = given.keys() & {"k", "E", "thickness", "nu"}
+    bond = given.keys() & {"T0", "y0", "work"}
+    if "k" in stiffness and len(stiffness) > 1:
+        raise InvalidInput(
+            f"--k is given, and {_flags(stiffness - {'k'})} too.", remedy="Give one or the other."
+        )
+    if len(bond) > 2:
+        raise InvalidInput("--T0, --y0 and --work are given: two of them say the third, T0 y0 / 2 = work.")
+    missing = [f"--{n}" for n in ("E", "thickness", "nu") if n not in stiffness] if stiffness - {"k"} else []
+    if not stiffness:
+        missing = ["--k"]
+    missing += [f"--{name}" for name in ("T0", "y0") if name not in bond][: 2 - len(bond)]
+    if missing:
         raise InvalidInput(f"a rod needs {' and '.join(missing)} too.")
-    kinds = (STIFFNESS, PRESSURE, LENGTH)
-    return Rod(*(parse(flag, text, kind) for (flag, text), kind in zip(numbers.items(), kinds, strict=True)))
+    fields = {
+        "k": ("bending_stiffness", STIFFNESS),
+        "T0": ("adhesion_strength", PRESSURE),
+        "y0": ("adhesion_range", LENGTH),
+        "E": ("youngs_modulus", PRESSURE),
+        "thickness": ("thickness", LENGTH),
+        "nu": ("poisson_ratio", NUMBER),
+        "work": ("work_of_separation", WORK),
+    }
+    numbers = {
+        fields[name][0]: parse(f"--{name}", text, fields[name][1], signed=name == "nu")
+        for name, text in given.items()
+    }
+    return RodTable.of(numbers).rod()
+
+
+def _flags(names: set[str]) -> str:
+    return " and ".join(f"--{name}" for name in ("E", "thickness", "nu") if name in names)
 
 
 def card_rod(path: str) -> Rod:

@@ -18,6 +18,9 @@ from ...base.errors import InvalidInput
 #: Where a folder keeps what its files are.
 RECORD = "written.json"
 
+#: As many files are listed by name.
+LISTED = 8
+
 
 def out_files(arguments: argparse.Namespace) -> Files:
     """Make the folder of --out, if there is one, before any work is done."""
@@ -119,8 +122,10 @@ class Files:
         return stem
 
     def said(self) -> str:
-        """Return in one line which of the files were written."""
+        """Return in one line which of the files were written; of many, how many."""
         names = [name for name, before in self._before.items() if self._stamp(name) not in (None, before)]
+        if len(names) > LISTED:
+            return f"wrote to {self.folder}: {len(names)} files, {names[0]} to {names[-1]}"
         return f"wrote to {self.folder}: {', '.join(names) or 'nothing'}"
 
     def _stamp(self, name: str) -> tuple[int, int] | None:

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...base.errors import InvalidInput, PeelOptError
-from . import curves, explore, measurements, motions, precision, sweeps
+from . import curves, explore, flaws, measurements, motions, peels, precision, sweeps
 from .common import (
     FAILED,
     INTERRUPTED,
     OK,
+    SHEETS,
     WRONG_INPUT,
     answer_options,
     chosen,
@@ -30,7 +31,9 @@ from .common import (
     rod_options,
     say,
     say_written,
+    shown_units,
     subject_from,
+    units_option,
 )
 from .files import Files, out_files
 
@@ -45,6 +48,9 @@ exit codes: 0 answered, 1 a question has no answer, 2 wrong input, 130 interrupt
 examples:
   peel-opt pressure --length "1.9 mm" --k "23 uN m" --T0 "140 kPa" --y0 "0.73 mm"
   peel-opt length --pressure "0.4 T0" --ratio 0.566
+  peel-opt length --pressure "45 cmH2O" --E "3 GPa" --thickness "1 mil" --nu 0.4 --T0 "9 kPa" --y0 "0.1 mm"
+  peel-opt flaw --card problems/office_tape.toml --pressure "0.2 MPa"
+  peel-opt peel --pull "6 N/25 mm" --angle "180 deg"
   peel-opt solve --card problems/peel_test.toml --free force --length "12 mm"
   peel-opt run problems/*.toml --out results
   peel-opt trace --beta0 4 --lam -1 3
@@ -74,8 +80,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    words = sys.argv[1:] if argv is None else argv
     try:
-        arguments = _parsed(sys.argv[1:] if argv is None else argv)
+        arguments = _parsed(words or ["--help"])
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     try:
@@ -145,6 +152,7 @@ def _run(arguments: argparse.Namespace) -> int:
     for path, card in cards:
         if not isinstance(card, Card) and chosen(arguments, "method", "tol"):
             raise InvalidInput(f"{path!r} is a calibration, which takes neither --method nor --tol.")
+    shown = shown_units(arguments)
     files, names = _card_files(arguments, cards)
     answered: list[tuple[str, Answered]] = []
     code, documents = OK, []
@@ -174,7 +182,7 @@ def _run(arguments: argparse.Namespace) -> int:
                 records = [as_record(label, found) for label, found in answers]
                 documents.append({"card": path, "title": card.title, "answers": records})
             else:
-                say(("\n" if number else "") + heading(card, path) + "\n\n" + table(answers))
+                say(("\n" if number else "") + heading(card, path, shown) + "\n\n" + table(answers, shown))
             step()
     if arguments.json:
         say(as_json({"cards": documents}))
@@ -211,7 +219,7 @@ def _ask(arguments: argparse.Namespace) -> int:
     from ..report import as_json, as_record, sheet, stems
 
     question, subject = as_question(**chosen(arguments, *arguments.asks)), subject_from(arguments)
-    label, ask = question.label(subject), question.pose(subject)
+    label, ask, shown = question.label(subject), question.pose(subject), shown_units(arguments)
     files, ((stem,),) = out_files(arguments), stems([(arguments.card or "", [label])])
     files.claim_kinds((subject, question.asked), stem)
     try:
@@ -221,7 +229,7 @@ def _ask(arguments: argparse.Namespace) -> int:
             say(as_json(as_record(label, error)))
         raise
     files.add(found, stem)
-    say(as_json(as_record(label, found)) if arguments.json else sheet(label, found))
+    say(as_json(as_record(label, found)) if arguments.json else sheet(label, found, shown))
     say_written(files, arguments)
     return OK
 
@@ -246,6 +254,7 @@ def _parser() -> argparse.ArgumentParser:
     run = command("run", "answer the questions of problem cards", _run)
     run.add_argument("cards", nargs="+", metavar="CARD", help="a TOML file such as those in problems/")
     answer_options(run, "method")
+    units_option(run)
     output_options(run, files)
 
     for asked, given, text, example in (
@@ -255,19 +264,21 @@ def _parser() -> argparse.ArgumentParser:
         sub = command(asked, text, _ask)
         sub.set_defaults(asks=(given, "law", "state", "near", "tol", "method"))
         sub.add_argument(f"--{given}", required=True, metavar="VALUE", help=f"such as '{example}'")
-        rod_options(sub)
+        rod_options(sub, SHEETS, sheet=True)
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
         answer_options(sub, "law", "state", "method")
+        units_option(sub)
         output_options(sub, files)
     solve = command("solve", "the one number of a card's scene that is left free", _ask)
     solve.set_defaults(asks=("free", "pressure", "length", "state", "near", "tol"))
     solve.add_argument("--free", required=True, metavar="NAME", help="such as force, weight or length")
     for given in ("pressure", "length"):
         solve.add_argument(f"--{given}", metavar="VALUE", help="what is given; without a pressure, none")
-    rod_options(solve)
+    rod_options(solve, SHEETS, sheet=True)
     solve.add_argument("--near", metavar="VALUE", help="pick the state in which it is nearest to this")
     answer_options(solve, "state")
+    units_option(solve)
     output_options(solve, files)
-    for module in (curves, motions, measurements, sweeps, precision, explore):
+    for module in (flaws, peels, curves, motions, measurements, sweeps, precision, explore):
         module.add_commands(command)
     return parser
