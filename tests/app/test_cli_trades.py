@@ -44,12 +44,8 @@ def call(capsys: pytest.CaptureFixture[str]) -> Call:
 
 def test_a_sheet_and_its_numbers_are_the_same_rod(call: Call) -> None:
     card = ["--card", PROBLEMS / "office_tape.toml"]
-    ways = (
-        TAPE,
-        card,
-        [*SHEET, "--y0", "0.4 mm", "--work", "100 J/m^2"],
-        [*SHEET, "--T0", "0.5 MPa", "--y0", "0.4 mm"],
-    )
+    bonds = (["--y0", "0.4 mm", "--work", "100 J/m^2"], ["--T0", "0.5 MPa", "--y0", "0.4 mm"])
+    ways = (TAPE, card, *([*SHEET, *bond] for bond in bonds))
     found = [json.loads(call("length", "--pressure", "0.2 MPa", *rod, "--json")[1]) for rod in ways]
     assert [f["length [m]"] for f in found] == pytest.approx([found[1]["length [m]"]] * 4, rel=1e-12)
 
@@ -207,9 +203,8 @@ def test_a_short_arm_begins_with_more_than_the_steady_force(call: Call, tmp_path
     code, out, err = call("peel", *TAPE, "--angle", "90 deg", "--json", "--out", tmp_path)
     assert code == 0
     found = json.loads(out)
-    peak = po.initiation_force(
-        po.Rod.from_sheet("1.5 GPa", "40 um", 0.4, "0.5 MPa", "100 J/m^2"), math.pi / 2
-    )
+    rod = po.Rod.from_sheet("1.5 GPa", "40 um", 0.4, "0.5 MPa", "100 J/m^2")
+    peak = po.initiation_force(rod, math.pi / 2.0)
     assert found["long_arm_force [N/m]"] == pytest.approx(100.0, rel=1e-12)
     assert found["initiation"]["force [N/m]"] == pytest.approx(peak.force, rel=1e-12)
     assert "peel.npz, peel.csv, peel.png" in err
