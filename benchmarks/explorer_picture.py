@@ -21,7 +21,7 @@ from selenium.webdriver.chrome.service import Service
 OWN = Path(__file__).parents[1] / "docs" / "img" / "explorer.png"
 
 #: Size of the picture [pixels].
-SIZE = (1280, 760)
+SIZE = (1280, 920)
 
 #: Another state, looked at before.
 OTHER = "?beta0=7&lam=-0.7"

@@ -95,3 +95,11 @@ def test_all_four_panels_show_the_state_of_a_scene() -> None:
     assert panels.potential.here.data["x"] == [eq.alpha1]
     assert panels.diagram.figure.title.text.startswith("Bifurcation diagram\nstability at fixed s̄")
     assert panels.loop.figure.title.text.startswith("Hysteresis loop\ndelay, area 0.62")
+    # A letter has one colour, whichever panel it stands in.
+    colours: dict[str, set[str]] = {}
+    for each in panels.pictures:
+        for letter, colour in zip(each.marks.data["letter"], each.marks.data["colour"], strict=True):
+            if letter:
+                colours.setdefault(letter, set()).add(colour)
+    assert "F" in colours
+    assert all(len(found) == 1 for found in colours.values())
