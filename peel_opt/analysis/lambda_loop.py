@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-from ..base.drawing import draw
+from ..base.drawing import Pictured
+from ..base.records import Column
 from ..equilibria.branch import Branch
 from .loops import Jump, Loop, VisitedStates
 from .potential import EffectivePotential, Level
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Convention = Literal["delay", "maxwell"]
 
@@ -61,7 +59,7 @@ class LambdaSweep(VisitedStates):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class HysteresisLoop(Loop[LambdaSweep, LambdaJump]):
+class HysteresisLoop(Loop[LambdaSweep, LambdaJump], Pictured):
     """A loop in lambda at fixed beta0; quasi-static, with a reversible bond.
 
     Beside what every `Loop` has; the area is that in the (lambda, alpha1) plane, and at beta0 = 0
@@ -79,9 +77,10 @@ class HysteresisLoop(Loop[LambdaSweep, LambdaJump]):
     convention: Convention
     source: str
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the loop in the (lambda, alpha1) plane; return the axes."""
-        return draw(self, ax)
+    @property
+    def plane(self) -> dict[str, Column]:
+        """Lambda and alpha1."""
+        return {name: Column(self.joined(name)) for name in ("lam", "alpha1")}
 
     def __repr__(self) -> str:
         jumps = [

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..base.checks import whole
-from ..base.drawing import draw
+from ..base.drawing import Pictured
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..base.threads import one_thread
@@ -24,10 +24,6 @@ from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation
 from .unbonded import flawed, loaded, loading, snap_of
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
 #: Why an edge that does not snap is not followed further, in words.
 ENDS = {
     "strength": ", where the bond itself fails",
@@ -36,7 +32,7 @@ ENDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class LoadingCurve(Stored):
+class LoadingCurve(Pictured, Stored):
     """The states of an edge without glue as the pressure rises, in the units of its rod.
 
     Parameters
@@ -80,19 +76,6 @@ class LoadingCurve(Stored):
         if self.ended == "snap":
             return f"snaps at {where}"
         return f"grows stably up to {where}{ENDS.get(self.ended, f' ({self.ended})')}"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the pressure against the detached length.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
-        return draw(self, ax)
 
     def _head(self) -> dict[str, Any]:
         return {"flaw": self.flaw, "ended": self.ended, **Units.of(self.rod).rod(self.rod)}

@@ -6,12 +6,14 @@ comes back to the plate it holds as it did before.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
 from ..base.arrays import Columns, read_only
+from ..base.records import Column, Table, Tabled
 from ..base.units import digits_left
 from ..equilibria.branch import Branch
 
@@ -96,7 +98,7 @@ S = TypeVar("S", bound=VisitedStates)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Loop(Generic[S, J]):
+class Loop(Tabled, Generic[S, J]):
     """A loop: two sweeps and the jumps between them; quasi-static, with a reversible bond.
 
     Parameters
@@ -131,6 +133,33 @@ class Loop(Generic[S, J]):
     def area_digits(self) -> int:
         """Digits of the area that its error leaves, at most 10."""
         return digits_left(self.area, self.area_error, 10)
+
+    @property
+    def legs(self) -> dict[str, S]:
+        """The sweeps by name, and what lies between them."""
+        return {"up": self.up, "down": self.down}
+
+    def joined(self, name: str) -> np.ndarray:
+        """Return a column of all legs, one after another."""
+        return np.concatenate([getattr(leg, name) for leg in self.legs.values()])
+
+    @property
+    @abstractmethod
+    def plane(self) -> dict[str, Column]:
+        """What is swept and the response, of all legs."""
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """All states in the order of the legs, which "leg" names."""
+        names = np.repeat(list(self.legs), [len(leg) for leg in self.legs.values()])
+        checks = {name: Column(self.joined(name)) for name in ("state", "error")}
+        return {"leg": Column(names), **self.plane, **checks}
+
+    def _table(self) -> Table:
+        return Table({"area": self.area, "area_error": self.area_error}.items(), self.columns)
+
+    def _rows_shown(self) -> list[dict[str, Any]]:
+        return []  # the jumps, which are the words, say it all
 
     def tree(self, title: str, jumps: list[str], area: str, *last: Any) -> str:
         """Return the loop in a few lines."""

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..base.drawing import draw
+from ..base.drawing import Pictured
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.quadrature import Grid
+from ..base.records import Column
 from ..continuation.goal import minimum_pressure
 from ..continuation.primary import primary_branch
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import SpecialPoint
 from ..equilibria.trace import trace
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.rod import Rod, require_rod
+from ..model.rod import Rod, Units, require_rod
 from ..residual.closures import Closure
 from .loops import Jump, Loop, VisitedStates
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Points of the branch: with half of them the area of a slender rod is known to three digits, else to six.
 POINTS = 240
@@ -83,7 +80,7 @@ class PressureSweep(VisitedStates):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class PressureLoop(Loop[PressureSweep, PressureJump]):
+class PressureLoop(Loop[PressureSweep, PressureJump], Pictured):
     """The loop of a rod whose pressure is raised to T0 and lowered again.
 
     It is quasi-static, a sequence of equilibria, and the bond is reversible: where the rod comes back
@@ -109,9 +106,18 @@ class PressureLoop(Loop[PressureSweep, PressureJump]):
         """Least pressure [Pa] of the branch, at which the rod re-adheres."""
         return self.jumps[1].pressure
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the loop in the (pressure, length) plane; return the axes."""
-        return draw(self, ax)
+    @property
+    def legs(self) -> dict[str, PressureSweep]:
+        """Both sweeps, and the unfolded states that the loop does not visit."""
+        return super().legs | {"between": self.between}
+
+    @property
+    def plane(self) -> dict[str, Column]:
+        """Pressure and length in the units of the rod, and in those of T0 and eta."""
+        units, pressure, length = Units.of(self.rod), self.joined("pressure"), self.joined("length")
+        own = {"pressure": Column(pressure, units.pressure), "length": Column(length, units.length)}
+        ratios = {"pressure_ratio": Column(pressure / self.rod.adhesion_strength)}
+        return own | ratios | {"length_ratio": Column(length / self.rod.eta)}
 
     def __repr__(self) -> str:
         T0, eta = self.rod.adhesion_strength, self.rod.eta

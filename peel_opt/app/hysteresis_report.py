@@ -11,7 +11,7 @@ from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.loops import KIND
 from ..analysis.pressure_loop import PressureLoop
 from ..base.files import save_arrays
-from ..base.records import Column, Schema, Table, write_table
+from ..base.records import Schema, Table, write_table
 from ..base.units import display
 from ..model.rod import Rod, Units
 from .report import aligned, describe_rod, save_picture, slug
@@ -114,7 +114,7 @@ def write_loop(loop: AnyLoop, folder: Path, name: str, *, picture: bool = True) 
         If a file cannot be written.
     """
     head = SCHEMA.stamped(loop_record(loop))
-    table = Table(head.items(), _columns(loop))
+    table = Table(head.items(), loop.columns)
     files = [
         save_arrays(folder / f"{name}.npz", head, table.titled),
         write_table(table, folder / f"{name}.csv"),
@@ -130,27 +130,6 @@ def loop_stem(rod: Rod | None, beta0: float | None, convention: str | None, form
         source = "" if form in (None, "solver") else f"-{form}"
         return slug(f"hysteresis-beta0-{beta0:.6g}-{convention or 'delay'}{source}")
     return slug(f"hysteresis-ratio-{rod.ratio:.6g}") if rod.dimensionless else "hysteresis-rod"
-
-
-def _columns(loop: AnyLoop) -> dict[str, Column]:
-    """Return the states of all sweeps."""
-    legs: dict[str, Any] = {"up": loop.up, "down": loop.down}
-    if isinstance(loop, PressureLoop):
-        legs["between"] = loop.between
-
-    def joined(name: str) -> np.ndarray:
-        return np.concatenate([getattr(leg, name) for leg in legs.values()])
-
-    columns = {"leg": Column(np.repeat(list(legs), [len(leg) for leg in legs.values()]))}
-    if isinstance(loop, PressureLoop):
-        units = Units.of(loop.rod)
-        pressure, length = joined("pressure"), joined("length")
-        columns |= {"pressure": Column(pressure, units.pressure), "length": Column(length, units.length)}
-        columns["pressure_ratio"] = Column(pressure / loop.rod.adhesion_strength)
-        columns["length_ratio"] = Column(length / loop.rod.eta)
-    else:
-        columns |= {name: Column(joined(name)) for name in ("lam", "alpha1")}
-    return columns | {name: Column(joined(name)) for name in ("state", "error")}
 
 
 def _largest_error(loop: AnyLoop) -> float | None:

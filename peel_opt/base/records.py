@@ -19,11 +19,13 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from .drawing import Shown
 from .errors import MissingExtra
 from .files import MOST_BYTES, atomic_write, csv_text, read_file, require_schema, save_arrays, unpack
 
-#: How to get what labelled arrays need.
+#: How to get what labelled arrays and data frames need.
 INSTALL = "Install it with: pip install 'peel_opt[xarray]'"
+INSTALL_PANDAS = "Install it with: pip install 'peel_opt[pandas]'"
 
 #: What an array of a file may hold, in words.
 _KINDS = {"f": "numbers", "i": "whole numbers", "U": "texts"}
@@ -119,46 +121,15 @@ class Schema:
         require_schema(head, self.name, stated if known else self.version)
 
 
-class Stored(ABC):
-    """A result that is written to files, whole or not at all, and read back bit for bit."""
-
-    schema: ClassVar[Schema]
-
-    @abstractmethod
-    def _head(self) -> dict[str, Any]:
-        """Return all that is no array: plain data, units in the keys."""
-
-    @abstractmethod
-    def _arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays, from which and the head the result is restored."""
-
-    @classmethod
-    @abstractmethod
-    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
-        """Return the result, or raise what is wrong."""
+class Tabled(Shown, ABC):
+    """A result that is a table to others: a CSV file, a data frame, labelled arrays, rows in a notebook."""
 
     @abstractmethod
     def _table(self) -> Table:
         """Return what others read."""
 
-    def save(self, path: str | Path) -> Path:
-        """Write an NPZ file that `load` restores bit for bit.
-
-        Parameters
-        ----------
-        path : str or Path
-            In a folder that exists; a regular file there is replaced at the end.
-
-        Returns
-        -------
-        Path
-
-        Raises
-        ------
-        InvalidInput
-            If the path cannot be written.
-        """
-        return save_arrays(path, self.schema.stamped(self._head()), self._arrays())
+    def _rows_shown(self) -> list[dict[str, Any]]:
+        return self._table().rows
 
     def to_csv(self, path: str | Path) -> Path:
         """Write one line a point with all digits, units in the titles, what it is in lines with "#".
@@ -186,6 +157,75 @@ class Stored(ABC):
         str
         """
         return self._table().text
+
+    def to_dataframe(self) -> Any:
+        """Return the columns of `to_csv` as a `pandas.DataFrame`, units in the names, notes in ``attrs``.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        return data_frame(self._table())
+
+    def to_xarray(self) -> Any:
+        """Return the columns of `to_csv` as an `xarray.Dataset` with units as attributes.
+
+        Returns
+        -------
+        xarray.Dataset
+            Its sides are those of the arrays: "point" of a curve, "dim_0", "dim_1", ... of a grid.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray is not installed.
+        """
+        table = self._table()
+        columns = {name: (_sides(column.values), column) for name, column in table.columns.items()}
+        return dataset(columns, {}, about(table))
+
+
+class Stored(Tabled):
+    """A result that is written to files, whole or not at all, and read back bit for bit."""
+
+    schema: ClassVar[Schema]
+
+    @abstractmethod
+    def _head(self) -> dict[str, Any]:
+        """Return all that is no array: plain data, units in the keys."""
+
+    @abstractmethod
+    def _arrays(self) -> dict[str, np.ndarray]:
+        """Return the arrays, from which and the head the result is restored."""
+
+    @classmethod
+    @abstractmethod
+    def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
+        """Return the result, or raise what is wrong."""
+
+    def save(self, path: str | Path) -> Path:
+        """Write an NPZ file that `load` restores bit for bit.
+
+        Parameters
+        ----------
+        path : str or Path
+            In a folder that exists; a regular file there is replaced at the end.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InvalidInput
+            If the path cannot be written.
+        """
+        return save_arrays(path, self.schema.stamped(self._head()), self._arrays())
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -283,6 +323,39 @@ def dataset(variables: Labelled, coordinates: Labelled, about: Mapping[str, Any]
 
     inside, along = ({k: variable(*v) for k, v in named.items()} for named in (variables, coordinates))
     return xarray.Dataset(inside, along, dict(about))
+
+
+def about(table: Table) -> dict[str, Any]:
+    """Return the notes of a table as attributes, numbers and texts; a line each where a key comes again."""
+    found: dict[str, Any] = {}
+    for key, value in table.notes:
+        if value is None:
+            continue
+        plain = isinstance(value, str | int | float) and not isinstance(value, bool)
+        text = value if plain else json.dumps(value, allow_nan=True)
+        found[key] = f"{found[key]}\n{text}" if key in found else text
+    return found
+
+
+def data_frame(table: Table) -> Any:
+    """Return a table as a `pandas.DataFrame`.
+
+    Raises
+    ------
+    MissingExtra
+        If pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError as error:
+        raise MissingExtra("data frames need pandas.", remedy=INSTALL_PANDAS) from error
+    frame = pandas.DataFrame(table.titled)
+    frame.attrs.update(about(table))
+    return frame
+
+
+def _sides(values: np.ndarray) -> tuple[str, ...]:
+    return ("point",) if values.ndim == 1 else tuple(f"dim_{i}" for i in range(values.ndim))
 
 
 def require_netcdf() -> None:

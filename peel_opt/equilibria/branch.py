@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.arrays import read_only
-from ..base.drawing import draw
+from ..base.drawing import Pictured, draw
 from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table
 from ..base.threads import one_thread
@@ -19,7 +19,7 @@ from ..model.groups import AmplitudeGroups
 from ..model.labels import SPECIAL_KINDS
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
-from .branch_files import branch_arrays, branch_head, branch_parts, branch_table
+from .branch_files import branch_arrays, branch_head, branch_parts, branch_table, special_rows
 from .branch_parts import COLUMNS, Solutions, SpecialPoint, Trivial
 from .branch_points import discretised, equilibrium_at, under_law
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch(AmplitudeGroups[np.ndarray], Stored):
+class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     """A curve of equilibria.
 
     Arrays have shape (n,) and cannot be written to.  ``len``, iteration and slicing go over
@@ -215,9 +215,33 @@ class Branch(AmplitudeGroups[np.ndarray], Stored):
 
     # --- out ----------------------------------------------------------------------------
 
-    def plot(self, ax: Axes | None = None, x: str | None = None, y: str | None = None) -> Axes:
-        """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod; return the axes."""
-        return draw(self, ax, x=x, y=y)
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        *,
+        legend: bool = True,
+        title: str | None = None,
+        log: bool | None = None,
+    ) -> Axes:
+        """Draw the branch: (lambda, alpha1) at fixed beta0, (sbar, p) for a rod: see `plot_branch`.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+        x, y : str, optional
+            Names of columns.
+        legend : bool, optional
+        title : str, optional
+        log : bool, optional
+            Whether axes are logarithmic; default: those along which the branch spans decades.
+
+        Returns
+        -------
+        Axes
+        """
+        return draw(self, ax, x=x, y=y, log=log, legend=legend, title=title)
 
     @one_thread
     def with_stability(self) -> Branch:
@@ -233,6 +257,9 @@ class Branch(AmplitudeGroups[np.ndarray], Stored):
 
     def _arrays(self) -> dict[str, np.ndarray]:
         return branch_arrays(self)
+
+    def _rows_shown(self) -> list[dict[str, Any]]:
+        return special_rows(self)
 
     def _table(self) -> Table:
         return branch_table(self, self.schema.stamped(self._head()))

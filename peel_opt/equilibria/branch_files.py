@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.records import Column, Table, array, entries
+from ..base.records import Column, Table, array, entries, titled
 from ..model.law_samples import samples
 from ..model.rod import Units, rod_from
 from .branch_parts import COLUMNS, Solutions, SpecialPoint, Trivial
@@ -59,6 +59,20 @@ def branch_table(branch: Branch, head: Mapping[str, Any]) -> Table:
     notes = {key: value for key, value in head.items() if key != "special_points"}
     points = (("special point", point) for point in head["special_points"])
     return Table([*notes.items(), *points], _columns(branch))
+
+
+def special_rows(branch: Branch) -> list[dict[str, Any]]:
+    """Return the special points for people, with a rod in its units."""
+    rows = []
+    for point in branch.special_points:
+        row: dict[str, Any] = {"special point": point.kind}
+        if branch.rod is not None:
+            units = Units.of(branch.rod)
+            row |= {titled("pressure", units.pressure): branch.rod.pressure(point.pressure_ratio)}
+            row |= {titled("length", units.length): branch.rod.length(point.length_ratio)}
+        names = ("pressure_ratio", "length_ratio", "lam", "alpha1", "error")
+        rows.append(row | {name: getattr(point, name) for name in names} | {"status": point.status})
+    return rows
 
 
 def _columns(branch: Branch) -> dict[str, Column]:

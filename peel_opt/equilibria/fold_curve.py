@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
 from ..base.checks import pair, positive, whole
 from ..base.errors import InvalidInput, NotConverged
+from ..base.records import Column, Table, Tabled
 from ..base.threads import one_thread
 from ..continuation.family import StepControl
 from ..continuation.folds import FoldFamily
@@ -29,7 +30,7 @@ _STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class FoldCurve(AmplitudeGroups[np.ndarray]):
+class FoldCurve(AmplitudeGroups[np.ndarray], Tabled):
     """Folds in lambda at fixed beta0, which are the folds in length of rods.
 
     Arrays have shape (n,) and follow the curve; beta0 is not monotone along it.
@@ -78,6 +79,11 @@ class FoldCurve(AmplitudeGroups[np.ndarray]):
                 )
             found.append(system.scalars(solved.x).lam)
         return np.array(found)
+
+    def _table(self) -> Table:
+        names = ("beta0", "lam", "alpha1", "arclength", "error")
+        points = (("special point", asdict(point)) for point in self.special_points)
+        return Table(points, {name: Column(getattr(self, name)) for name in names})
 
     def __repr__(self) -> str:
         lines = [f"FoldCurve of {len(self)} points, beta0 {self.beta0.min():.6g} to {self.beta0.max():.6g}"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.drawing import draw
+from ..base.drawing import Pictured
 from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table, read_csv
 from ..model.groups import Groups
@@ -30,8 +30,6 @@ from .storage import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..model.scene import Scene
 
 
@@ -70,7 +68,7 @@ class Stats:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium(Groups[float], Stored):
+class Equilibrium(Groups[float], Pictured, Stored):
     """A detached equilibrium of the rod.
 
     Numbers of the paper's groups are floats; ``nan`` where a group does not exist (P and
@@ -264,10 +262,6 @@ class Equilibrium(Groups[float], Stored):
 
     # --- out --------------------------------------------------------------------------
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw rod, plate, y0, pressure and adhesion as in Fig 3; return the axes."""
-        return draw(self, ax)
-
     def summary(self) -> dict[str, Any]:
         """All numbers of the answer as a flat dictionary, lengths and pressures with units."""
         return equilibrium_record(self)
@@ -277,6 +271,9 @@ class Equilibrium(Groups[float], Stored):
 
     def _arrays(self) -> dict[str, np.ndarray]:
         return shape_arrays(self.shape)
+
+    def _rows_shown(self) -> list[dict[str, Any]]:
+        return [{"number": name, "value": value} for name, value in self.summary().items()]
 
     def _table(self) -> Table:
         return equilibrium_table(self, self.schema.stamped(self._head()))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..base.checks import finite, positive
+from ..base.drawing import Shown
 from ..base.errors import InvalidInput, OutOfRange
 
 #: The material numbers of a rod and their units.
@@ -21,7 +22,7 @@ RATIOS, FOLLOWED = (0.005, 3000.0), (1e-6, 1e4)
 
 
 @dataclass(frozen=True)
-class Rod:
+class Rod(Shown):
     """An inextensible rod stuck to a plate, per unit width.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.arrays import floats
 from ..base.checks import finite, positive
-from ..base.drawing import draw
+from ..base.drawing import Pictured, draw
 from ..base.errors import InvalidInput, OutOfRange
 from ..base.progress import Progress
 from ..base.progress import progress as telling
@@ -41,7 +41,7 @@ STEPS = 200
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class History(Stored):
+class History(Pictured, Stored):
     """What a rod did under a pressure that changed, in the units of the rod.
 
     Parameters
@@ -94,7 +94,14 @@ class History(Stored):
         taken: np.ndarray = self.energy.drag + self.energy.bond_loss - self.energy.bond_loss[0]
         return taken
 
-    def plot(self, ax: Axes | None = None, *, branch: Branch | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        branch: Branch | None = None,
+        legend: bool = True,
+        title: str | None = None,
+    ) -> Axes:
         """Draw the load path, over the equilibria of the rod if they are given.
 
         Parameters
@@ -103,6 +110,8 @@ class History(Stored):
             Without it front, pressure and dissipated energy against time stand beside the path.
         branch : Branch, optional
             Of the same rod, from `peel_opt.trace`.
+        legend : bool, optional
+        title : str, optional
 
         Returns
         -------
@@ -114,7 +123,7 @@ class History(Stored):
         InvalidInput
             If the branch is of another rod.
         """
-        return draw(self, ax, branch=branch)
+        return draw(self, ax, branch=branch, legend=legend, title=title)
 
     def _head(self) -> dict[str, Any]:
         names = ("law", "bond", "outcome", "error", "time_unit")

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ..base.checks import finite
-from ..base.drawing import draw, film
+from ..base.drawing import Pictured, film
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.progress import Progress
 from ..base.records import Column, Schema, Stored, Table, array, entries
@@ -23,9 +23,6 @@ from ..equilibria.tip_on_plate import flat_fold, touching
 from ..model.bond import CohesiveLaw
 from ..model.named_laws import law_named
 from ..model.rod import Rod, Units, rod_from
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: What a bond does when a point that was open comes back: heals, heals as far as it was not damaged, or
 #: heals unless it was fully open.
@@ -114,7 +111,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Snap(Stored):
+class Snap(Pictured, Stored):
     """The motion of a rod after it let go, in the units of its rod.
 
     Parameters
@@ -277,19 +274,6 @@ class Snap(Stored):
     @cached_property
     def _between(self) -> list[Any]:
         return [PchipInterpolator(self.t, values) for values in (self.front, self.x, self.y, self.theta)]
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw front and tip against time; `peel_opt.plots` has ledger, shapes and orbit too.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
-        return draw(self, ax)
 
     def film(self, path: str | Path, *, frames: int = 60, fps: int = 25, progress: Progress = None) -> Path:
         """Write a film of the rod, with front, tip and ledger beside it.

@@ -1,12 +1,13 @@
 """Pictures: a rod and the forces on it, families of shapes, branches, figures on disk.
 
-Nothing here touches the state of pyplot: functions draw into the axes they are given, or into
-a figure of their own that works without a display, and return the axes.
+Functions draw into the axes they are given, or into a figure of their own, and return the axes.
+Nothing here imports pyplot.  Where somebody else has, the figure is one of pyplot's, so that a notebook
+shows it; elsewhere it works without a display.
 """
 
 from .diagram import plot_branch
 from .dispatch import draw
-from .files import picture_file, save_figure
+from .files import picture_file, png, save_figure
 from .flaws import plot_held_lengths, plot_loading_curve, plot_safe_pressures
 from .history import plot_history, plot_spent
 from .motion import film, plot_ledger, plot_motion, plot_orbit, plot_shapes
@@ -28,5 +29,6 @@ __all__ = [
     "plot_safe_pressures",
     "plot_shapes",
     "plot_spent",
+    "png",
     "save_figure",
 ]

@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import FigureBase
+from matplotlib.figure import Figure, FigureBase
 
 from ..base.errors import InvalidInput
+
+#: Whether figures are kept from pyplot though it is in use.
+_APART: ContextVar[bool] = ContextVar("apart", default=False)
+
+
+def own_figure(width: float, height: float) -> Figure:
+    """Return a figure for one picture [inches].
+
+    Where pyplot is in use it is one of pyplot's, which a notebook shows below the cell and
+    ``plt.show()`` in a window; elsewhere it needs no display.
+    """
+    how: dict[str, Any] = {"figsize": (width, height), "layout": "constrained"}
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is None or _APART.get():
+        return Figure(**how)
+    figure: Figure = pyplot.figure(**how)
+    return figure
+
+
+@contextmanager
+def apart_from_pyplot() -> Iterator[None]:
+    """Keep figures made inside from pyplot: for pictures that are shown in another way, or written."""
+    before = _APART.set(True)
+    try:
+        yield
+    finally:
+        _APART.reset(before)
+
+
+def own_axes(width: float, height: float) -> Callable[[], Axes]:
+    """Return what makes the axes of a figure of one picture [inches]."""
+    return lambda: own_figure(width, height).add_subplot()
 
 
 def axes_or(ax: object, make: Callable[[], Axes]) -> Axes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..equilibria.branch_parts import Trivial
 from ..model.labels import special_kind
-from .dispatch import draw
+from .dispatch import drawn_by
 from .mpl import draw_panel
 from .panels import Axis, Line, Mark, Panel, room
 from .words import AxisUnit, length_unit, pressure_unit, typeset
@@ -51,16 +52,24 @@ AT_PRESSURE, AT_LENGTH = "at fixed $p$", r"at fixed $\bar s$, by the potential (
 #: How far along the curve its bend is looked at, in sizes of the picture.
 _LOOK = 0.04
 
+#: Decades that a branch spans along an axis that is made logarithmic.
+DECADES = 2
+
 #: Room around a branch, as a share of it.
 _MARGIN = 0.1
 
 
-@draw.register
+@drawn_by.register
 def _draw_branch(
-    branch: Branch, ax: Axes | None = None, x: str | None = None, y: str | None = None, *, legend: bool = True
+    branch: Branch,
+    ax: Axes | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    *,
+    log: bool | None = None,
 ) -> Axes:
     """Draw a branch as `plot_branch` does, its stability computed."""
-    return plot_branch(branch.with_stability(), ax, x, y, legend=legend)
+    return plot_branch(branch.with_stability(), ax, x, y, log=log)
 
 
 def plot_branch(
@@ -70,6 +79,7 @@ def plot_branch(
     y: str | None = None,
     *,
     legend: bool = True,
+    log: bool | None = None,
 ) -> Axes:
     """Draw a branch as a curve in the plane of two of its columns.
 
@@ -87,6 +97,9 @@ def plot_branch(
         rod, at fixed beta0, and (length, pressure) for a rod.
     legend : bool, optional
         Whether to explain lines and markers.
+    log : bool, optional
+        Whether both axes are logarithmic.  Default: each along which all values are positive and
+        span `DECADES` decades or more.
 
     Returns
     -------
@@ -95,9 +108,32 @@ def plot_branch(
     Raises
     ------
     InvalidInput
-        If the branch is empty, or a column has no such name or no finite value.
+        If the branch is empty, a column has no such name or no finite value, or there is no
+        logarithm of some.
     """
-    return draw_panel(diagram_panel(branch, x, y), ax, legend="below" if legend else "")
+    panel = diagram_panel(branch, x, y)
+    return draw_panel(_with_scales(panel, log), ax, legend=legend)
+
+
+def _with_scales(panel: Panel, log: bool | None) -> Panel:
+    """Return a picture with logarithmic axes where these are wanted, or worth it."""
+
+    def scaled(axis: Axis, side: str) -> Axis:
+        values = np.concatenate([getattr(line, side) for line in panel.lines])
+        values = values[np.isfinite(values)]
+        low, high = float(values.min()), float(values.max())
+        if log and low <= 0.0:
+            raise InvalidInput(
+                f"{axis.label} goes down to {low:.4g}, of which there is no logarithm.",
+                remedy="Leave log= out, or choose other columns.",
+            )
+        wide = low > 0.0 and high >= 10.0**DECADES * low
+        if not (wide if log is None else log):
+            return axis
+        pad = (high / low) ** _MARGIN
+        return Axis(axis.label, low / pad, high * pad, log=True)
+
+    return replace(panel, x=scaled(panel.x, "x"), y=scaled(panel.y, "y"))
 
 
 def diagram_panel(

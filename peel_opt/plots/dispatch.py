@@ -1,4 +1,4 @@
-"""Which picture belongs to which result: `draw`, with one function registered for each kind."""
+"""Which picture belongs to which result: `draw`, the door, and behind it a function for each kind."""
 
 from __future__ import annotations
 
@@ -28,7 +28,16 @@ PICTURES = {
 
 
 @singledispatch
-def draw(result: object, ax: Axes | None = None, **how: Any) -> Axes:
+def drawn_by(result: object, ax: Axes | None = None, **how: Any) -> Axes:
+    """Draw a result by the function registered for its kind."""
+    raise InvalidInput(
+        f"there is no picture of {result!r:.60}.", remedy="Draw what a call of peel_opt returned."
+    )
+
+
+def draw(
+    result: object, ax: Axes | None = None, *, legend: bool = True, title: str | None = None, **how: Any
+) -> Axes:
     """Draw a result; return the axes.
 
     Parameters
@@ -36,7 +45,11 @@ def draw(result: object, ax: Axes | None = None, **how: Any) -> Axes:
     result : object
         Of one of the kinds in `PICTURES`.
     ax : Axes, optional
-        Where to draw; by default a figure of its own, which needs no display.
+        Where to draw; by default a figure of its own: see `peel_opt.plots.axes.own_figure`.
+    legend : bool, optional
+        Whether lines and marks are explained.
+    title : str, optional
+        In place of the title that the picture has.
     **how
         What the picture of this kind takes: see the ``plot`` method of the result.
 
@@ -52,9 +65,16 @@ def draw(result: object, ax: Axes | None = None, **how: Any) -> Axes:
     name = type(result).__name__
     if name in PICTURES:
         import_module(f".{PICTURES[name]}", __package__)
-        picture = draw.dispatch(type(result))
-        if picture is not draw.dispatch(object):
-            return picture(result, ax, **how)
-    raise InvalidInput(
-        f"there is no picture of {result!r:.60}.", remedy="Draw what a call of peel_opt returned."
-    )
+    return _as_wished(drawn_by(result, ax, **how), legend, title)
+
+
+def _as_wished(ax: Axes, legend: bool, title: str | None) -> Axes:
+    """Take the legend away, or put another title above."""
+    from .mpl import entitle
+
+    explained = ax.get_legend()
+    if not legend and explained is not None:
+        explained.remove()
+    if title is not None:
+        entitle(ax, title)
+    return ax

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..base.errors import InvalidInput
 from ..base.files import as_path, atomic_write, make_folder
+from .axes import apart_from_pyplot
 
 #: By suffix: what keeps the date out, so that the same picture is the same file.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -55,11 +58,23 @@ def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
     """
     path = as_path(path)
     suffix = _suffix(path)
-    # Drawn in memory: on a full disk the backends fail in ways that do not say so.
+    # Pictured in memory: on a full disk the backends fail in ways that do not say so.
     drawn = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
         fig.savefig(drawn, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
     return atomic_write(path, lambda file: file.write(drawn.getvalue()))
+
+
+def png(plot: Callable[[], Axes], *, dpi: float = 100.0) -> bytes:
+    """Return a picture as a page shows it: the figure of the axes that ``plot`` returns, kept from pyplot."""
+    with apart_from_pyplot():
+        figure = plot().get_figure()
+    while not isinstance(figure, Figure):
+        assert figure is not None
+        figure = figure.figure
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=dpi, bbox_inches="tight")
+    return drawn.getvalue()
 
 
 def _suffix(path: Path) -> str:

@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 
 from ..model.rod import UNITS
 from ..studies.calibrate.result import Calibration
-from .axes import require_axes
-from .dispatch import draw
+from .axes import own_figure, require_axes
+from .dispatch import drawn_by
+from .mpl import finish
 from .style import PRESSURE, ROD, SMALL
 from .words import length_unit, pressure_unit, quantity
 
@@ -20,7 +21,7 @@ BAND = 1.96
 def fit_figure(fit: Calibration) -> Figure:
     """Return a figure with the fit above its residuals; shapes stand beside."""
     shapes = any(o.points is not None for o in fit.observations)
-    figure = Figure(figsize=(10.5 if shapes else 6.4, 6.0), layout="constrained")
+    figure = own_figure(10.5 if shapes else 6.4, 6.0)
     columns = figure.subplots(2, 2 if shapes else 1, gridspec_kw={"height_ratios": [3, 1]}, squeeze=False)
     plot_fit(fit, columns[0, 0], columns[1, 0])
     if not any("measured" in (o.role("length"), o.role("pressure")) for o in fit.observations):
@@ -32,7 +33,7 @@ def fit_figure(fit: Calibration) -> Figure:
     return figure
 
 
-@draw.register
+@drawn_by.register
 def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
     """Draw measured pressures against lengths and the fitted branch through them.
 
@@ -50,7 +51,7 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     from ..studies.calibrate.curve import band
 
     if ax is None:
-        figure = Figure(figsize=(6.4, 6.0), layout="constrained")
+        figure = own_figure(6.4, 6.0)
         ax, own = figure.subplots(2, 1, gridspec_kw={"height_ratios": [3, 1]})
         residuals = own if residuals is None else residuals
     ax = require_axes(ax)
@@ -107,12 +108,11 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     ax.set_ylim(*high)
     ax.set_xlabel(x.axis(r"\bar s"))
     ax.set_ylabel(y.axis("p"))
-    ax.legend(frameon=False, fontsize=SMALL)
     freedom = f"$\\chi^2$ = {fit.chi2:.3g} for {fit.degrees} degrees of freedom"
     ax.set_title(f"{_numbers(fit)}\n{freedom}", fontsize=SMALL, loc="left")
     if residuals is not None:
         _pair_residuals(fit, residuals, np.array(pressures) / y.size, y.axis("p"))
-    return ax
+    return finish(ax)
 
 
 def _numbers(fit: Calibration) -> str:
@@ -143,8 +143,7 @@ def _pair_residuals(fit: Calibration, ax: Axes, pressures: np.ndarray, label: st
     _frame_residuals(ax, "residual [sd]")
     ax.set_xlim(*_window(pressures))
     ax.set_xlabel(label)
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(frameon=False, fontsize=SMALL, ncols=2, loc="upper right")
+    finish(ax)
 
 
 def _frame_residuals(ax: Axes, label: str) -> None:
@@ -195,4 +194,4 @@ def _shape_residuals(fit: Calibration, ax: Axes) -> None:
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("point, from the tip")
     ax.set_ylabel("distance [sd]")
-    ax.legend(frameon=False, fontsize=SMALL)
+    finish(ax)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..analysis.loading import LoadingCurve
 from ..analysis.unbonded import FlawLimit
@@ -14,8 +13,9 @@ from ..base.errors import InvalidInput
 from ..equilibria.branch import Branch
 from ..model.rod import Rod, require_rod
 from . import style
-from .axes import axes_or
-from .dispatch import draw
+from .axes import axes_or, own_axes
+from .dispatch import drawn_by
+from .mpl import finish
 from .words import length_unit, pressure_unit
 
 #: Ratio of the longest to the shortest length above which axes are logarithmic.
@@ -46,7 +46,7 @@ def plot_held_lengths(branch: Branch, ax: Axes | None = None) -> Axes:
     """
     if branch.rod is None or not branch.special("LP-pressure") or not np.any(branch.state == "middle"):
         raise InvalidInput("a chart of held lengths needs the branch of a rod past its minimum pressure.")
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 4.2))
     least = branch.special("LP-pressure")[0].index
     rod, unfolded = branch.rod, slice(0, least + 1)
     lengths = length_unit(rod, float(branch.length[unfolded].max()))
@@ -82,10 +82,10 @@ def plot_held_lengths(branch: Branch, ax: Axes | None = None) -> Axes:
         fontsize=style.SMALL,
         loc="left",
     )
-    return ax
+    return finish(ax)
 
 
-@draw.register
+@drawn_by.register
 def plot_loading_curve(curve: LoadingCurve, ax: Axes | None = None) -> Axes:
     """Draw how an edge without glue opens.
 
@@ -99,7 +99,7 @@ def plot_loading_curve(curve: LoadingCurve, ax: Axes | None = None) -> Axes:
     Axes
         Pressure against detached length, in the rod's units.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(5.0, 3.6), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(5.0, 3.6))
     lengths = length_unit(curve.rod, float(curve.length.max()))
     pressures = pressure_unit(curve.rod, float(curve.pressure.max()))
     x, y = curve.length / lengths.size, curve.pressure / pressures.size
@@ -114,7 +114,7 @@ def plot_loading_curve(curve: LoadingCurve, ax: Axes | None = None) -> Axes:
         fontsize=style.SMALL,
         loc="left",
     )
-    return ax
+    return finish(ax)
 
 
 def plot_safe_pressures(rod: Rod, limits: Sequence[FlawLimit], ax: Axes | None = None) -> Axes:
@@ -142,7 +142,7 @@ def plot_safe_pressures(rod: Rod, limits: Sequence[FlawLimit], ax: Axes | None =
         raise InvalidInput(
             "a chart of flaws needs two or more limits.", remedy="Call safe_pressure for each."
         )
-    ax = axes_or(ax, lambda: Figure(figsize=(5.0, 3.6), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(5.0, 3.6))
     ordered = sorted(limits, key=lambda limit: limit.flaw)
     flaws, snaps = (np.array([getattr(limit, name) for limit in ordered]) for name in ("flaw", "pressure"))
     lengths, pressures = length_unit(rod, float(flaws.max())), pressure_unit(rod, rod.adhesion_strength)
@@ -167,4 +167,4 @@ def plot_safe_pressures(rod: Rod, limits: Sequence[FlawLimit], ax: Axes | None =
         fontsize=style.SMALL,
         loc="left",
     )
-    return ax
+    return finish(ax)

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..equilibria.branch import Branch
 from ..motion.history import History
 from . import style
-from .axes import axes_or, require_axes
-from .dispatch import draw
+from .axes import axes_or, own_axes, own_figure, require_axes
+from .dispatch import drawn_by
 from .motion import PARTS, bracketed, energy_unit, plot_equilibria
+from .mpl import finish
 from .words import length_unit, pressure_unit, time_unit
 
 
-@draw.register
+@drawn_by.register
 def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None = None) -> Axes:
     """Draw the path of a load, with what happens in time beside it where no axes are given.
 
@@ -37,7 +37,7 @@ def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None 
         If the branch is of another rod.
     """
     if ax is None:
-        figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+        figure = own_figure(10.0, 6.4)
         panels = figure.subplot_mosaic([["path", "load"], ["path", "front"], ["path", "spent"]])
         _plot_load(run, panels["load"])
         _plot_front(run, panels["front"])
@@ -57,9 +57,8 @@ def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None 
     ax.plot(p[-1], front[-1], "D", color=style.PRESSURE)
     ax.set_xlabel(pressures.axis("p"))
     ax.set_ylabel(lengths.axis(r"\bar s"))
-    ax.legend(fontsize=style.SMALL, frameon=False)
     ax.set_title(f"circle: where it starts; diamond: {run.outcome}", fontsize=style.SMALL, loc="left")
-    return ax
+    return finish(ax, columns=3)
 
 
 def plot_spent(run: History, ax: Axes | None = None) -> Axes:
@@ -75,7 +74,7 @@ def plot_spent(run: History, ax: Axes | None = None) -> Axes:
     Axes
         Energies per width, in the rod's units.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 3.8))
     energies, below = energy_unit(run), np.zeros(len(run))
     for name in ("drag", "bond_loss"):
         label, colour = PARTS[name]
@@ -85,8 +84,7 @@ def plot_spent(run: History, ax: Axes | None = None) -> Axes:
         below = above
     ax.set_ylim(0.0, None)
     ax.set_ylabel(bracketed("dissipated", energies))
-    ax.legend(fontsize=style.SMALL, frameon=False, loc="lower right")
-    return ax
+    return finish(ax, columns=3)
 
 
 def _plot_load(run: History, ax: Axes) -> None:

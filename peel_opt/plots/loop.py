@@ -12,7 +12,7 @@ from ..analysis.lambda_loop import HysteresisLoop
 from ..analysis.loops import Loop
 from ..analysis.pressure_loop import PressureLoop
 from ..base.units import digits_left
-from .dispatch import draw
+from .dispatch import drawn_by
 from .mpl import draw_panel
 from .panels import Axis, Line, Mark, Panel, room
 from .words import AxisUnit, length_unit, pressure_unit
@@ -26,7 +26,7 @@ CONVENTIONS = {"delay": "delay", "maxwell": "Maxwell"}
 _MARGIN = 0.06
 
 
-@draw.register
+@drawn_by.register
 def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     """Draw a loop in the (lambda, alpha1) plane: both sweeps, and the jumps as arrow heads.
 
@@ -40,10 +40,10 @@ def plot_loop(loop: HysteresisLoop, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    return draw_panel(lambda_panel(loop), ax, height=4.4, legend="inside", loc="lower left")
+    return draw_panel(lambda_panel(loop), ax, height=4.4)
 
 
-@draw.register
+@drawn_by.register
 def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     """Draw the loop of a rod in the (pressure, length) plane, with the unfolded states between.
 
@@ -58,7 +58,7 @@ def plot_pressure_loop(loop: PressureLoop, ax: Axes | None = None) -> Axes:
     Axes
     """
     panel = pressure_panel(loop)
-    return draw_panel(panel, ax, height=4.4, legend="below", columns=3)
+    return draw_panel(panel, ax, height=4.4, columns=3)
 
 
 def lambda_panel(loop: HysteresisLoop, between: tuple[np.ndarray, np.ndarray] | None = None) -> Panel:

@@ -24,8 +24,9 @@ from ..model.rod import Rod
 from ..motion.history import History
 from ..motion.trajectory import Snap
 from . import style
-from .axes import axes_or
-from .dispatch import draw
+from .axes import axes_or, own_axes
+from .dispatch import drawn_by
+from .mpl import finish
 from .words import AxisUnit, length_unit, prefixed, pressure_unit, quantity, time_unit
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def seen(motion: Snap) -> tuple[float, float]:
     return (float(t[max(begun - 1, 0)]), float(t[over])) if over > begun else (float(t[0]), float(t[-1]))
 
 
-@draw.register
+@drawn_by.register
 def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
     """Draw front and tip of a rod in motion against time.
 
@@ -77,7 +78,7 @@ def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
     Axes
         Lengths against time, in the rod's units; named moments are marked on the front.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 3.8))
     lengths, times, (begin, end) = length_unit(motion.rod, _extent(motion)), _times(motion), seen(motion)
     t = (motion.t - begin) / times.size
     for values, label, colour, dash in (
@@ -97,9 +98,8 @@ def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
     ax.set_ylim(0.0, None)
     ax.set_xlabel(times.axis("t"))
     ax.set_ylabel(bracketed("length", lengths))
-    ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
     ax.set_title(_title(motion), fontsize=style.SMALL, loc="left")
-    return ax
+    return finish(ax, columns=3)
 
 
 def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
@@ -115,7 +115,7 @@ def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
     Axes
         Energies per width, stored and lost stacked, the work as a line on top; in the rod's units.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.8), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 3.8))
     times, (begin, end), energies = _times(motion), seen(motion), energy_unit(motion)
     t, ledger = (motion.t - begin) / times.size, motion.energy
     stored = [
@@ -131,8 +131,7 @@ def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
     ax.set_xlim(0.0, (end - begin) / times.size)
     ax.set_xlabel(times.axis("t"))
     ax.set_ylabel(bracketed("energy since the start", energies))
-    ax.legend(fontsize=style.SMALL, frameon=False, loc="upper left")
-    return ax
+    return finish(ax, columns=3)
 
 
 def _part(ax: Axes, t: np.ndarray, values: np.ndarray, name: str, dash: Any, width: float = 1.6) -> None:
@@ -160,7 +159,7 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     InvalidInput
         If the branch is of another rod.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 4.2))
     lengths = length_unit(motion.rod, float(max(branch.length.max(), motion.front.max())))
     pressures = pressure_unit(motion.rod, motion.rod.adhesion_strength)
     plot_equilibria(ax, branch, motion.rod, pressures, lengths)
@@ -170,9 +169,8 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     ax.plot(p, front[-1], "D", color=style.PRESSURE)
     ax.set_xlabel(pressures.axis("p"))
     ax.set_ylabel(lengths.axis(r"\bar s"))
-    ax.legend(fontsize=style.SMALL, frameon=False)
     ax.set_title(f"circle: where it starts; diamond: {motion.outcome}", fontsize=style.SMALL, loc="left")
-    return ax
+    return finish(ax, columns=3)
 
 
 def plot_equilibria(ax: Axes, branch: Branch, rod: Rod, pressures: AxisUnit, lengths: AxisUnit) -> None:
@@ -206,7 +204,7 @@ def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes
     Axes
         Height above the plate against the place along it, in the rod's units.
     """
-    ax = axes_or(ax, lambda: Figure(figsize=(6.0, 3.6), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.0, 3.6))
     stage = _Stage(motion, ax)
     turned = np.append(0.0, np.cumsum(np.abs(np.diff(motion.tip.angle))))
     times = np.interp(
@@ -216,8 +214,7 @@ def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes
     for i, t in enumerate(times):
         stage.rod(float(t), colours[i], f"{(t - seen(motion)[0]) / stage.times.size:.3g}")
     unit = stage.times.name if not stage.times.is_symbol else f"${stage.times.name}$"
-    ax.legend(fontsize=style.SMALL, frameon=False, title=f"$t$ [{unit}]", title_fontsize=style.SMALL)
-    return ax
+    return finish(ax, columns=7, title=f"$t$ [{unit}]")
 
 
 @dataclass

@@ -1,26 +1,30 @@
-"""The pen for paper: draws a `Panel` with Matplotlib; pyplot never knows its figures."""
+"""The pen for paper: draws a `Panel` with Matplotlib."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import Bbox, ScaledTranslation
 
 from . import style
-from .axes import axes_or
+from .axes import axes_or, own_figure
+from .legible import legible, paper
 from .panels import Arrows, Ground, Line, Mark, Panel
 
 FIGURE_WIDTH = 6.4  # inches
 
 #: From a named point to its letter, points.
 _LETTER_GAP = 8.0
+
+#: Least share of the height of its cell that is left to a picture above its legend.
+_LEAST_SHARE = 0.4
 
 #: Room for the words around the picture of a rod, and how high that may be, inches.
 _WORDS, _LOWEST, _HIGHEST = 1.9, 3.2, 8.0
@@ -31,9 +35,8 @@ def draw_panel(
     ax: Axes | None = None,
     *,
     height: float = 4.8,
-    legend: Literal["below", "inside", ""] = "below",
+    legend: bool = True,
     columns: int = 2,
-    **where: Any,
 ) -> Axes:
     """Draw a picture into axes, or into a figure of its own, and return the axes.
 
@@ -43,11 +46,10 @@ def draw_panel(
     ax : Axes, optional
     height : float
         Of a figure of its own [inches]; a rod's follows from its shape.
-    legend : {"below", "inside", ""}
+    legend : bool
+        Whether to explain lines and marks, below the picture.
     columns : int
-        Of a legend below.
-    **where
-        Where a legend inside stands, as Matplotlib takes it.
+        Of the legend.
     """
     ax = axes_or(ax, lambda: _own_axes(panel, height))
     if panel.ground is not None:
@@ -62,42 +64,86 @@ def draw_panel(
         look: dict[str, Any] = {"color": style.HERE, "markeredgecolor": style.ROD, "markersize": 9}
         (dot,) = ax.plot(*panel.here, "o", **look, zorder=8)
         dot.set_gid("here")
+    if panel.x.log:
+        ax.set_xscale("log")
+    if panel.y.log:
+        ax.set_yscale("log")
     ax.set_xlim(panel.x.low, panel.x.high)
     ax.set_ylim(panel.y.low, panel.y.high)
     ax.set_xlabel(panel.x.label)
     ax.set_ylabel(panel.y.label)
     ax.spines[["top", "right"]].set_visible(False)
     _caption(ax, panel)
-    if legend == "below":
-        _legend_below(ax, columns)
-    elif legend:
-        ax.legend(frameon=False, fontsize=style.SMALL, **where)
+    return finish(ax, columns=columns, legend=legend)
+
+
+def finish(ax: Axes, *, columns: int = 2, legend: bool = True, title: str = "") -> Axes:
+    """Make a picture legible on its paper, explain it where it needs that, and return its axes.
+
+    Parameters
+    ----------
+    ax : Axes
+    columns : int
+        Of the legend.
+    legend : bool
+        Whether what has a label is explained.
+    title : str
+        Of the legend.
+    """
+    legible(ax)
+    if legend and ax.get_legend_handles_labels()[0]:
+        _legend_below(ax, columns, title)
     return ax
 
 
-def _legend_below(ax: Axes, columns: int) -> None:
-    """Explain the picture under the label of the x-axis, where nothing of it can be.
+def entitle(ax: Axes, title: str) -> None:
+    """Put another title above a picture, over what it says to beware of."""
+    notes = [text for text in ax.texts if text.get_gid() == "flags"]
+    lines = sum(note.get_text().count("\n") + 1 for note in notes)
+    ax.set_title(title, loc="left", fontsize=style.SMALL, pad=_title_pad(lines))
 
-    Without a layout engine that makes room there, the legend would be cut off; it then stands
-    where it hides least.
-    """
+
+def _title_pad(lines: int) -> float:
+    """Distance of a title above lines of warnings, points."""
+    return 6.0 + 1.35 * style.SMALL * lines
+
+
+def _legend_below(ax: Axes, columns: int, title: str) -> None:
+    """Explain the picture under the label of the x-axis, where nothing of it can be."""
     figure = ax.get_figure()
     if figure is None:
         return
-    look = {"fontsize": style.SMALL, "handlelength": 2.2, "columnspacing": 1.4}
-    if figure.get_layout_engine() is None:
-        ax.legend(loc="best", framealpha=1.0, edgecolor="none", **look)
-        return
     drop = ScaledTranslation(0.0, -38.0 / 72.0, figure.dpi_scale_trans)
-    ax.legend(
+    legend = ax.legend(
         loc="upper left",
         bbox_to_anchor=(0.0, 0.0),
         bbox_transform=ax.transAxes + drop,
         borderaxespad=0.0,
         ncol=columns,
         frameon=False,
-        **look,
+        fontsize=style.SMALL,
+        title=title or None,
+        title_fontsize=style.SMALL,
+        handlelength=2.2,
+        columnspacing=1.4,
     )
+    place = ax.get_subplotspec()
+    if figure.get_layout_engine() is None and place is not None:
+        room = figure.bbox.x1 - ax.get_window_extent().x0
+        if columns > 1 and legend.get_window_extent().width > room:
+            _legend_below(ax, columns - 1, title)
+            return
+        _make_room(ax, legend, place.get_position(figure))  # type: ignore[arg-type]
+
+
+def _make_room(ax: Axes, legend: Legend, cell: Bbox) -> None:
+    """Raise the foot of axes that no layout engine places, so that the legend stands in their own cell."""
+    figure = legend.get_figure()
+    assert figure is not None
+    share = legend.get_window_extent().height / figure.bbox.height
+    foot = cell.y0 + min(share, (1.0 - _LEAST_SHARE) * cell.height)
+    ax.set_position((cell.x0, foot, cell.width, cell.y1 - foot))
+    ax.set_in_layout(True)  # which set_position ends, and tight_layout needs
 
 
 def dashes(stroke: style.Stroke) -> Any:
@@ -110,7 +156,7 @@ def _own_axes(panel: Panel, height: float) -> Axes:
     if panel.ground is not None:
         wide, high = panel.x.high - panel.x.low, panel.ground.stretch * (panel.y.high - panel.y.low)
         height = min(max(FIGURE_WIDTH * high / wide + _WORDS, _LOWEST), _HIGHEST)
-    axes: Axes = Figure(figsize=(FIGURE_WIDTH, height), layout="constrained").add_subplot()
+    axes: Axes = own_figure(FIGURE_WIDTH, height).add_subplot()
     return axes
 
 
@@ -150,10 +196,10 @@ def _arrows(ax: Axes, arrows: Arrows) -> None:
         angles="xy",
         scale_units="xy",
         scale=1.0,
-        facecolor="white" if stroke.hollow else stroke.colour,
+        facecolor=paper(ax) if stroke.hollow else stroke.colour,
         edgecolor=stroke.colour,
         linewidth=0.8 if stroke.hollow else 0.0,
-        path_effects=[withStroke(linewidth=2.4, foreground="white")] if stroke.hollow else None,
+        path_effects=[withStroke(linewidth=2.4, foreground=paper(ax))] if stroke.hollow else None,
         zorder=5 if stroke.hollow else 2.5,
         **style.ARROW,
     )
@@ -258,9 +304,8 @@ def _mark_range(ax: Axes, y0: float, shown: bool) -> None:
 
 def _caption(ax: Axes, panel: Panel) -> None:
     """Put the title above the picture, and under it in another colour what to beware of."""
-    line = 1.35 * style.SMALL
     if panel.title:
-        pad = 6.0 + line * len(panel.warnings)
+        pad = _title_pad(len(panel.warnings))
         ax.set_title(panel.title, loc="left", fontsize=style.SMALL, pad=pad)
     if panel.warnings:
         note = ax.annotate(

@@ -16,11 +16,12 @@ _PAD = 0.06
 
 @dataclass(frozen=True)
 class Axis:
-    """A label with its unit, and the range to show."""
+    """A label with its unit, the range to show, and whether it is logarithmic."""
 
     label: str
     low: float
     high: float
+    log: bool = False
 
 
 @dataclass(frozen=True)

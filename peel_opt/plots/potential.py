@@ -45,7 +45,7 @@ def plot_potential(
     -------
     Axes
     """
-    return draw_panel(family_panel(potential, lam), ax, height=4.4, legend="inside")
+    return draw_panel(family_panel(potential, lam), ax, height=4.4)
 
 
 def family_panel(potential: EffectivePotential, lam: Sequence[float] | None = None) -> Panel:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
-from .dispatch import draw
+from .dispatch import drawn_by
 from .forces import ForceArrows, forces_on
 from .frame import Frame, stage
 from .mpl import draw_panel
@@ -19,7 +19,7 @@ from .scene import scene_panel
 from .words import AxisUnit, length_unit, load, title, warnings_of
 
 
-@draw.register
+@drawn_by.register
 def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw a rod in its true shape with the plate, the range of the adhesion and the forces.
 
@@ -44,7 +44,7 @@ def plot_equilibrium(eq: Equilibrium, ax: Axes | None = None, *, legend: bool = 
     InvalidInput
         If nothing was found that could be drawn.
     """
-    return draw_panel(rod_panel(eq), ax, legend="below" if legend else "")
+    return draw_panel(rod_panel(eq), ax, legend=legend)
 
 
 def rod_panel(eq: Equilibrium) -> Panel:
@@ -160,7 +160,7 @@ def plot_family(
         ground=frame.ground,
     )
     columns = 2 if len(family) in (2, 4) else 3
-    return draw_panel(panel, ax, legend="below" if legend else "", columns=columns)
+    return draw_panel(panel, ax, legend=legend, columns=columns)
 
 
 def _names(family: list[Equilibrium]) -> list[str]:

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from scipy import stats
 
 from ..base.errors import InvalidInput
 from ..model.rod import Rod
 from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated
 from . import style
-from .axes import axes_or
-from .dispatch import draw
+from .axes import axes_or, own_axes
+from .dispatch import drawn_by
+from .mpl import finish
 from .words import AxisUnit, length_unit, pressure_unit
 
 SYMBOLS = {
@@ -28,7 +28,7 @@ SYMBOLS = {
 POINTS, BEYOND = 400, 0.06
 
 
-@draw.register
+@drawn_by.register
 def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     """Draw histogram and density of the samples, the linear estimate over them, and quantiles.
 
@@ -50,7 +50,7 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     values = found.found
     if values.size < 2 or np.ptp(values) == 0.0:
         raise InvalidInput(f"too few samples of {found.name} have an answer to draw their distribution.")
-    ax = axes_or(ax, lambda: Figure(figsize=(6.4, 4.2), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.4, 4.2))
     unit = _unit(found)
     values = values / unit.size
     bins = min(60, max(12, round(math.sqrt(values.size))))
@@ -80,9 +80,8 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(unit.axis(SYMBOLS[found.name]))
     ax.set_ylabel("probability density" if unit.is_symbol else f"probability per {unit.name}")
     ax.set_title("\n".join(_lines(found)), fontsize=style.SMALL, loc="left")
-    ax.legend(frameon=False, fontsize=style.SMALL)
     ax.spines[["top", "right"]].set_visible(False)
-    return ax
+    return finish(ax, columns=3)
 
 
 def _unit(found: Propagated) -> AxisUnit:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..base.errors import InvalidInput
 from ..model.rod import Rod
 from ..studies.sweep.table import Sweep
 from . import style
-from .axes import axes_or
+from .axes import axes_or, own_axes
 from .diagram import LABELS
-from .dispatch import draw
+from .dispatch import drawn_by
+from .mpl import finish
 from .words import AxisUnit, length_unit, pressure_unit
 
 #: Up to so many values of one axis are drawn as curves, more as level lines.
@@ -33,7 +33,7 @@ _SYMBOLS = LABELS | {
 _SI = Rod(2.0, 2.0, 2.0)  # any rod with units
 
 
-@draw.register
+@drawn_by.register
 def plot_sweep(sweep: Sweep, ax: Axes | None = None, *, column: str | None = None) -> Axes:
     """Draw a column of a sweep with one or two axes.
 
@@ -65,7 +65,7 @@ def plot_sweep(sweep: Sweep, ax: Axes | None = None, *, column: str | None = Non
             f"a sweep over {len(sweep.shape)} axes cannot be drawn.",
             remedy="Hold all but two of them, or use to_xarray() and select.",
         )
-    ax = axes_or(ax, lambda: Figure(figsize=(6.4, 4.4), layout="constrained").add_subplot())
+    ax = axes_or(ax, own_axes(6.4, 4.4))
     if len(sweep.shape) == 1:
         _curves(sweep, ax, column, values[None, :], next(iter(sweep.axes)), None)
     else:
@@ -80,7 +80,7 @@ def plot_sweep(sweep: Sweep, ax: Axes | None = None, *, column: str | None = Non
     hatched = ["hatched: no answer"] if ax.collections and not np.isfinite(values).all() else []
     ax.set_title("; ".join([*shared, sweep.summary(), *hatched]), fontsize=style.SMALL, loc="left")
     ax.spines[["top", "right"]].set_visible(False)
-    return ax
+    return finish(ax, columns=3)
 
 
 def _curves(sweep: Sweep, ax: Axes, column: str, rows: np.ndarray, along: str, by: str | None) -> None:
@@ -105,8 +105,6 @@ def _curves(sweep: Sweep, ax: Axes, column: str, rows: np.ndarray, along: str, b
     _set_axis(sweep, ax, "x", along)
     ax.set_ylabel(_label(sweep, column, rows))
     ax.margins(y=0.08)
-    if by is not None or not np.isfinite(rows).all():
-        ax.legend(frameon=False, fontsize=style.SMALL)
 
 
 def _levels(sweep: Sweep, ax: Axes, column: str, values: np.ndarray, first: str, second: str) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..studies.tradeoff.table import WorkPrecision
 from . import style
-from .axes import axes_or
-from .dispatch import draw
+from .axes import axes_or, own_axes
+from .dispatch import drawn_by
+from .mpl import finish
 from .words import ANSWERS
 
 #: Colour and marker of each method, in every picture that tells them apart.
@@ -30,13 +30,13 @@ _OTHERS = (("#56B4E9", "X"), ("#E69F00", "*"), ("#F0E442", "p"))
 _LEAST = 1e-16
 
 
-@draw.register
+@drawn_by.register
 def plot_work(table: WorkPrecision, ax: Axes | None = None) -> Axes:
     """Draw true error against milliseconds, both logarithmic; return the axes.
 
     Below the grey line errors are those of the reference, and are drawn on it.
     """
-    ax = axes_or(ax, lambda: Figure(layout="constrained").subplots())
+    ax = axes_or(ax, own_axes(6.4, 4.8))
     least = max(table.reference_error, _LEAST)
     others = 0
     for method in table.methods:
@@ -58,6 +58,4 @@ def plot_work(table: WorkPrecision, ax: Axes | None = None) -> Axes:
     ax.axhline(least, color=style.PLATE, linewidth=0.8, linestyle=":", zorder=0)
     ax.set_xlabel("time of one answer [ms]")
     ax.set_ylabel(f"true error of {ANSWERS.get(table.answered, table.answered)}")
-    if len(ax.lines) > 1:
-        ax.legend(frameon=False, fontsize=style.SMALL)
-    return ax
+    return finish(ax, columns=3)

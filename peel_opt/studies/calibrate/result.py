@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.drawing import draw
+from ...base.drawing import Pictured, draw
 from ...base.errors import InvalidInput
-from ...base.records import write_table
+from ...base.records import Table, Tabled
 from ...equilibria.result import Equilibrium
 from ...model.bond import CohesiveLaw, as_asked
 from ...model.rod import UNITS, Rod
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(Pictured, Tabled):
     """A fit of material numbers to measurements.
 
     Parameters
@@ -211,17 +210,24 @@ class Calibration:
 
     # --- out ------------------------------------------------------------------------------
 
-    def plot(self, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        residuals: Axes | None = None,
+        *,
+        legend: bool = True,
+        title: str | None = None,
+    ) -> Axes:
         """Draw measurements, the fitted branch with its band, and residuals; return the axes."""
-        return draw(self, ax, residuals=residuals)
+        return draw(self, ax, residuals=residuals, legend=legend, title=title)
 
     def summary(self) -> dict[str, Any]:
         """All numbers as plain data, with units in the keys."""
         return fit_record(self)
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write observations, fitted values and residuals as CSV, the numbers above them."""
-        return write_table(fit_columns(self), path)
+    def _table(self) -> Table:
+        """Observations, fitted values and residuals, the numbers above them."""
+        return fit_columns(self)
 
     def __repr__(self) -> str:
         numbers = ", ".join(

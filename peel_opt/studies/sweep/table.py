@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.drawing import draw
+from ...base.drawing import Pictured, draw
 from ...base.errors import InvalidInput
 from ...base.records import (
     Column,
@@ -38,7 +38,7 @@ LARGEST = 8_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep(Stored):
+class Sweep(Pictured, Stored):
     """Answers over a grid or a list of points.
 
     Every number and text of the answers is an array of the shape ``shape``, read as
@@ -225,9 +225,16 @@ class Sweep(Stored):
         require_netcdf()
         return write_netcdf(self.to_xarray(), path)
 
-    def plot(self, ax: Axes | None = None, *, column: str | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        column: str | None = None,
+        legend: bool = True,
+        title: str | None = None,
+    ) -> Axes:
         """Draw the answered number, or another column, over one or two axes; return the axes."""
-        return draw(self, ax, column=column)
+        return draw(self, ax, column=column, legend=legend, title=title)
 
     def summary(self) -> str:
         """Return how many points have an answer, and why the others have none."""

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ...base.drawing import draw
+from ...base.drawing import Pictured
 from ...base.records import Column, Schema, Stored, Table, array, entries
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,7 @@ _REFERENCE = ("reference", "reference_error")
 
 
 @dataclass(frozen=True)
-class WorkPrecision(Stored):
+class WorkPrecision(Pictured, Stored):
     """What `tradeoff` returns: the rows, and the reference they are held against.
 
     Parameters
@@ -113,10 +110,6 @@ class WorkPrecision(Stored):
         columns = [array(arrays, name, kind).tolist() for name, kind in _COLUMNS.items()]
         reference = entries(head, str, "answered") | entries(head, float, *_REFERENCE)
         return cls(tuple(Work(*row) for row in zip(*columns, strict=True)), **reference)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw true error against milliseconds, both logarithmic; return the axes."""
-        return draw(self, ax)
 
     def __repr__(self) -> str:
         width = max(6, *(len(method) for method in self.methods))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.arrays import Columns
-from ...base.drawing import draw
+from ...base.drawing import Pictured, draw
 from ...base.errors import InvalidInput
-from ...base.records import Column, Table, write_table
+from ...base.records import Column, Table, Tabled
 from ...base.units import display
 from .inputs import Spread
 
@@ -212,7 +211,7 @@ class Propagated(Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
+class Uncertainty(Pictured, Tabled):
     """Numbers of a rod whose inputs are uncertain.
 
     Parameters
@@ -252,15 +251,22 @@ class Uncertainty:
         results = [found.record() for found in self.quantities.values()]
         return {"inputs": inputs, "results": results, "missing": self.missing}
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write one line a sample: the inputs and the numbers, in SI units or those of the rod."""
+    def _table(self) -> Table:
+        """One line a sample: the inputs and the numbers, in SI units or those of the rod."""
         columns = {name: Column(values, self.inputs[name].unit) for name, values in self.samples.items()}
         columns |= {found.name: Column(found.values, found.unit) for found in self.quantities.values()}
-        return write_table(Table((), columns), path)
+        return Table((), columns)
 
-    def plot(self, ax: Axes | None = None, *, of: str | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        of: str | None = None,
+        legend: bool = True,
+        title: str | None = None,
+    ) -> Axes:
         """Draw the samples of one number, and the normal distribution of the linear estimate."""
-        return draw(self[of or next(iter(self.quantities))], ax)
+        return draw(self[of or next(iter(self.quantities))], ax, legend=legend, title=title)
 
     def __repr__(self) -> str:
         lines = [
