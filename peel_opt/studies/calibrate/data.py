@@ -38,6 +38,8 @@ class Measurements:
         "unfolded", "middle", "lower" or "folded", for all pairs or each.  Default: unfolded.
     names : sequence of str, optional
         How messages call the rows; "row 1", "row 2", ... by default.
+    read : str, optional
+        What was read from a file, in words.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class Measurements:
     pressure_sd: Any = None
     state: str | Sequence[str | None] | None = None
     names: Sequence[str] = ()
+    read: str = ""
 
     def __post_init__(self) -> None:
         for field, unit in (("length", "m"), ("pressure", "Pa"), ("length_sd", "m"), ("pressure_sd", "Pa")):
