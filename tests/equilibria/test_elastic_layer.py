@@ -28,6 +28,32 @@ def _held(K: float, pressure: float, *loads: Any, **parts: Any) -> po.Equilibriu
     )
 
 
+def _beam(eq: po.Equilibrium, K: float) -> tuple[float, float, float]:
+    """What the attached half alone says of its edge and of its layer, by SciPy's collocation.
+
+    Returns the curvature and N_y at the edge that decay with what arrives there, and the largest pull of
+    the layer behind its lobe of compression.  Lengths are in those of decay, 1/lam = (4k/K)^(1/4).
+    """
+    lam, Nx = (K / 4.0) ** 0.25, eq.Nx[-1]
+    slope = lam / K
+
+    def rates(_: Any, z: Any) -> Any:
+        y, th, m, Ny = z
+        th = th * slope
+        turning = (Ny / lam * np.cos(th) - Nx * np.sin(th)) / (lam**2 * slope)
+        return np.array([np.sin(th) / slope, m, turning, -y])
+
+    def ends(a: Any, b: Any) -> Any:
+        return np.array([a[0] - 1.0, a[1] - eq.theta[-1] / slope, b[0], b[1]])
+
+    s = np.linspace(0.0, 24.0, 400)
+    there = solve_bvp(rates, ends, s, np.zeros((4, s.size)), tol=1e-9, max_nodes=50_000)
+    assert there.success
+    lobe = there.sol(np.linspace(0.0, 9.0, 20_000))[0]
+    _, _, m, Ny = there.sol(0.0)
+    return m * slope * lam, Ny / lam, lobe[np.argmin(lobe) :].max()
+
+
 @pytest.mark.parametrize("state", STATES, ids=title)
 def test_a_known_state_on_a_layer_is_met(state: dict[str, Any]) -> None:
     p, v = state["params"], state["values"]
@@ -39,30 +65,13 @@ def test_a_known_state_on_a_layer_is_met(state: dict[str, Any]) -> None:
     assert eq.Nx[-1] == pytest.approx(v["Nx"], abs=1e-12)
     assert -eq.Ny[-1] == pytest.approx(v["R"], abs=1e-11)
     assert eq.curvature[-1] == pytest.approx(v["m_sp"], abs=1e-11)
-    assert eq.numbers["pull_ahead"] == pytest.approx(v["next_tension_peak"], rel=3e-3)  # was sampled
+    curvature, Ny, pull = _beam(eq, p["K"])
+    assert curvature == pytest.approx(eq.curvature[-1], abs=1e-8)
+    assert Ny == pytest.approx(eq.Ny[-1], abs=1e-7)
+    assert eq.numbers["pull_ahead"] == pytest.approx(pull, rel=1e-4)
+    # The state that was handed down has the largest of a few samples, up to 0.82 % below the peak.
+    assert 0.991 * pull < v["next_tension_peak"] < pull
     assert eq.valid
-
-
-def test_the_attached_rod_is_a_beam_that_decays() -> None:
-    """With what arrives at the front, by SciPy's collocation on the attached half alone."""
-    eq = _held(100.0, 0.3)
-    at = (1.0 / 100.0, eq.theta[-1])
-    Nx = eq.Nx[-1]
-
-    def rates(_: Any, z: Any) -> Any:
-        y, th, m, Ny = z
-        return np.array([np.sin(th), m, Ny * np.cos(th) - Nx * np.sin(th), -100.0 * y])
-
-    def ends(a: Any, b: Any) -> Any:
-        return np.array([a[0] - at[0], a[1] - at[1], b[0], b[1]])
-
-    s = np.linspace(0.0, 9.0, 400)
-    there = solve_bvp(rates, ends, s, np.zeros((4, s.size)), tol=1e-9, max_nodes=50_000)
-    assert there.success
-    assert there.sol(0.0)[2] == pytest.approx(eq.curvature[-1], abs=1e-8)
-    assert there.sol(0.0)[3] == pytest.approx(eq.Ny[-1], abs=1e-7)
-    lobe = there.sol(np.linspace(0.0, 4.0, 4000))[0]
-    assert eq.numbers["pull_ahead"] == pytest.approx(100.0 * lobe[np.argmin(lobe) :].max(), rel=5e-5)
 
 
 def test_the_identity_has_the_elastic_stretch() -> None:
