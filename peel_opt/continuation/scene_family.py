@@ -235,8 +235,29 @@ class SceneBranch:
         return any(self.family.between(a, b, point.place) for a, b in pairwise(self.points))
 
     def candidates(self, given: Closure) -> list[Candidate]:
-        """All states of the branch at a closure."""
-        return crossings(self.family, self.points, given, self.state_at)
+        """All states of the branch at a closure.
+
+        Where the tip of a folded rod comes down to its wall the branch meets that of the rods whose tip
+        touches it, which by the identity exist at every pressure.  A walk may turn into that one, and what
+        it finds there is "other".
+        """
+        found = crossings(self.family, self.points, given, self.state_at)
+        return [replace(c, state="other") if self._is_down(c) else c for c in found]
+
+    def _is_down(self, candidate: Candidate) -> bool:
+        """Whether the tip of a folded rod touches its wall: on a finer mesh nothing is left of its height."""
+        mesh = self.family.transcription
+        assert isinstance(mesh, SceneSpectral)
+        if not isinstance(mesh.scene.tip, TipLoad) or candidate.state != "folded":
+            return False
+        if min(_relative_height(p) for p in (candidate.here, candidate.there)) > NEAR:
+            return False
+        finer = replace(self.family, transcription=replace(mesh, mesh=mesh.mesh.refined().refined()))
+        try:
+            solved = finer.solve(candidate.profile, candidate.given)
+        except NotConverged:
+            return False
+        return solved is not None and lies_down(solved[0].profile(solved[1].x))
 
 
 @lru_cache(maxsize=128)
@@ -269,6 +290,12 @@ def entered_branch(family: SceneFamily) -> SceneBranch:
         If no way into the scene was found.
     """
     return _walked(family, _entered(family))
+
+
+def forget_scenes() -> None:
+    """Let go of all remembered branches of scenes."""
+    scene_branches.cache_clear()
+    entered_branch.cache_clear()
 
 
 def _starts(family: SceneFamily) -> Iterator[Point]:
@@ -407,13 +434,21 @@ def _towards_contact(family: SceneFamily, point: Point) -> str:
             return "suction"
         lifts = isinstance(tip, Contact) and _found(point)["reaction"] < 0.0
         return "lifts" if lifts else ""
-    heights = point.profile.heights()
-    folded = s.A > 1.0
-    layer = family.scene.layer
-    glued = layer.yields_at(_found(point)) if layer is not None else 0.0
-    return (
-        "contact" if heights[0, 0] - glued < (TOUCHING if folded else -BELOW) * np.abs(heights).max() else ""
-    )
+    down = lies_down(point.profile) if s.A > 1.0 else _opening_at_tip(point.profile) < -BELOW
+    return "contact" if down else ""
+
+
+def lies_down(profile: Profile) -> bool:
+    """Whether the tip of a folded rod is on its wall, or below."""
+    return profile.scalars.A > 1.0 and _opening_at_tip(profile) < TOUCHING
+
+
+def _opening_at_tip(profile: Profile) -> float:
+    """What the bond sees at the tip beyond what it sees at the front, as a share of the largest."""
+    assert isinstance(profile, SceneProfile)
+    layer, heights = profile.scene.layer, profile.heights()
+    glued = layer.yields_at(profile.numbers) if layer is not None else 0.0
+    return float((heights[0, 0] - glued) / np.abs(heights).max())
 
 
 def _found(point: Point) -> dict[str, float]:

@@ -20,14 +20,14 @@ from ..base.errors import (
 )
 from ..base.threads import one_thread
 from ..continuation.primary import Candidate
-from ..continuation.scene_family import SceneBranch, scene_branches
+from ..continuation.scene_family import SceneBranch, lies_down, scene_branches
 from ..model.bond import CohesiveLaw
 from ..model.dimension import DOMAINS, FORCE
 from ..model.labels import OBSERVABLE, fits, known_state
 from ..model.loads import Pressure
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
-from ..model.tips import Middle
+from ..model.tips import Middle, TipLoad
 from ..residual import programme
 from ..residual.accuracy import HEIGHT_NOISE, response_to
 from ..residual.closures import READINGS, Closure
@@ -515,6 +515,7 @@ def report(
         "p < 0": s.pressure_ratio < -HEIGHT_NOISE,
         "y < 0": bool(gaps.min() < -HEIGHT_NOISE * np.abs(gaps).max()),
         "overhang": np.abs(shape.theta).max() > 0.5 * np.pi,
+        "tip on plate": isinstance(scene.tip, TipLoad) and lies_down(problem.profile(x)),
         "self-contact": shape.crosses_itself(),
         "edge pulled": reaction < 0.0 and not scene.line_energy,
         "fails ahead": pull > 1.0,

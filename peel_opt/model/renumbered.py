@@ -7,11 +7,12 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from ..base.errors import InvalidInput
+from .rod import Rod
 from .scene import OWN, Scene
 from .tips import FREE, Middle
 
 
-def renumbered(scene: Scene, numbers: Mapping[str, float]) -> Scene:
+def renumbered(scene: Scene, numbers: Mapping[str, float], rod: Rod | None = None) -> Scene:
     """Return the same scene with some of its numbers replaced.
 
     Parameters
@@ -19,6 +20,8 @@ def renumbered(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     scene : Scene
     numbers : mapping of str to float
         By the names that ``solve`` frees them by, in the units of the rod.
+    rod : Rod, optional
+        In place of its own; what is not among the numbers stays as it is in the units of both.
 
     Raises
     ------
@@ -39,7 +42,7 @@ def renumbered(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     if isinstance(scene.tip, Middle):  # which a blister makes of its own numbers
         own |= {kind: getattr(parts["tip"], kind) for kind in ("roller", "slack") if hasattr(scene, kind)}
         parts["tip"] = FREE
-    return replace(scene, **parts, **own)
+    return replace(scene, rod=scene.rod if rod is None else rod, **parts, **own)
 
 
 def _with(part: Any, name: str, value: float) -> Any:

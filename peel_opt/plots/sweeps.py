@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -13,7 +15,7 @@ from .axes import axes_or, own_axes
 from .diagram import LABELS
 from .dispatch import drawn_by
 from .mpl import finish
-from .words import AxisUnit, length_unit, pressure_unit
+from .words import AxisUnit, length_unit, prefixed, pressure_unit
 
 #: Up to so many values of one axis are drawn as curves, more as level lines.
 MOST_CURVES = 7
@@ -127,6 +129,11 @@ def _levels(sweep: Sweep, ax: Axes, column: str, values: np.ndarray, first: str,
     _set_axis(sweep, ax, "y", second)
 
 
+def _symbol(name: str) -> str:
+    """Return what a column is called in a picture; numbers of a scene have their own names."""
+    return _SYMBOLS.get(name, rf"$\mathrm{{{name.replace('_', chr(92) + ' ')}}}$")
+
+
 def _names(sweep: Sweep, by: str | None) -> list[str | None]:
     if by is None:
         return [None]
@@ -136,7 +143,7 @@ def _names(sweep: Sweep, by: str | None) -> list[str | None]:
 def _named(sweep: Sweep, name: str, value: np.ndarray, all_values: np.ndarray | None = None) -> str:
     """Return "symbol = value unit"."""
     unit = _unit(sweep, name, value if all_values is None else all_values)
-    symbol = f"{_SYMBOLS[name][:-1]}/{unit.name}$" if unit.is_symbol else _SYMBOLS[name]
+    symbol = f"{_symbol(name)[:-1]}/{unit.name}$" if unit.is_symbol else _symbol(name)
     suffix = "" if unit.is_symbol or not unit.name else f" {unit.name}"
     return f"{symbol} = {value / unit.size:.4g}{suffix}"
 
@@ -153,6 +160,8 @@ def _unit(sweep: Sweep, name: str, values: np.ndarray) -> AxisUnit:
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
     unit = sweep.unit(name)
+    if name in sweep.scene_units:
+        return _unit_in_scene(unit, largest)
     if unit == "m":
         return length_unit(_SI, largest)
     if unit == "Pa":
@@ -164,10 +173,19 @@ def _unit(sweep: Sweep, name: str, values: np.ndarray) -> AxisUnit:
     return AxisUnit(1.0, symbols.get(unit, unit), is_symbol=bool(unit))
 
 
+def _unit_in_scene(unit: str, largest: float) -> AxisUnit:
+    """Return the unit in which a number of a scene is drawn: a product of T0 and eta, or SI."""
+    if re.match(r"T0|eta", unit):
+        powers = re.sub(r"\^(-?\d+)", r"^{\1}", unit.replace("T0", "T_0").replace("eta", r"\eta"))
+        return AxisUnit(1.0, f"({powers})" if " " in unit else powers, is_symbol=True)
+    takes_prefix = unit[:1].isupper() or unit == "m"
+    return prefixed(largest, unit) if takes_prefix else AxisUnit(1.0, unit)
+
+
 def _scaled(sweep: Sweep, name: str, values: np.ndarray, all_values: np.ndarray | None = None) -> np.ndarray:
     return values / _unit(sweep, name, values if all_values is None else all_values).size
 
 
 def _label(sweep: Sweep, name: str, values: np.ndarray) -> str:
-    unit, symbol = _unit(sweep, name, values), _SYMBOLS.get(name, name)
+    unit, symbol = _unit(sweep, name, values), _symbol(name)
     return unit.axis(symbol.strip("$")) if unit.name else symbol

@@ -40,7 +40,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "lyapunov_schmidt": lambda: {"beta0": 4.0},
     "hysteresis": lambda: {"beta0": 4.0, "points": 5},
     "branch_potential": lambda: {"branch": po.trace(beta0=4.0, lam=(-1.0, 1.0), points=8)},
-    "energies": lambda: {"branch": po.trace(ROD, points=8)},
+    "energies": lambda: {"subject": po.trace(ROD, points=8)},
     "stability_changes": lambda: {"branch": po.trace(ROD, points=8)},
     "stability": lambda: {"state": po.length_given_pressure(ROD, 0.8)},
     "control_table": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
@@ -68,6 +68,16 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "Blister": lambda: {"rod": ROD, "slack": 0.1},
     "EffectiveOpening": lambda: {"zeta": 0.5},
     "ShearSprings": lambda: {"stiffness": 1.0},
+    "ElasticLayer": lambda: {"stiffness": 100.0},
+    "critical_length": lambda: {"scene": ROD},
+    "unfolding": lambda: {"scene": ROD},
+    "touching": lambda: {"rod": ROD, "pressure": 0.8},
+    "flat_fold": lambda: {"rod": ROD, "pressure": 0.8},
+    "grown_flap": lambda: {"rod": ROD, "pressure": 0.8},
+    "largest_flap": lambda: {"rod": ROD},
+    "growth_rate": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
+    "critical_drag": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
+    "snap": lambda: {"rod": ROD, "pressure": 0.8, "flaw": 1.0, "drag": 1.0},
     "tradeoff": lambda: {
         "problem": lambda method, tol: po.equilibrium(beta0=4.0, lam=1.0, method=method, tol=tol),
         "methods": ("spectral",),
@@ -156,8 +166,8 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve LoadingCurve PeelPeak Sensitivities
-SpecialPoint Stability Sweep
+Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve LargestFlap LoadingCurve PeelPeak
+Sensitivities Snap SpecialPoint Stability Sweep Transition Unfolding
 """
 OTHERS = (
     "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"

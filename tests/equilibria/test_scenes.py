@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.equilibria.scenes import states_of_scene
 from peel_opt.model.dimension import TRACTION
 from peel_opt.model.loads import Force, Load
 
@@ -75,6 +76,23 @@ def test_the_papers_scene_is_the_papers_rod() -> None:
     assert abs(eq.length - plain.length) <= eq.error + plain.error
     assert eq.state == plain.state
     assert eq.Ny[-1] == pytest.approx(plain.Ny[-1], abs=1e-9)
+
+
+@pytest.mark.parametrize(("ratio", "pressure"), [(0.566, 0.6), (0.566, 0.25), (0.2, 0.9)])
+def test_on_its_branch_too_the_papers_scene_has_the_states_of_its_rod(ratio: float, pressure: float) -> None:
+    """Beyond the folded states a walk finds rods whose tip touches the plate; the rod knows them as such."""
+    rod = po.Rod.from_ratio(ratio)
+    walked = states_of_scene(po.Scene(rod), "pressure", pressure, 1e-8)
+    known = {round(eq.length, 6): eq for eq in po.equilibria(rod, pressure=pressure)}
+    assert walked
+    for eq in walked:
+        own = known[round(eq.length, 6)]
+        assert (eq.state, eq.flags) == (own.state, own.flags)
+    if any(eq.state == "folded" for eq in walked):
+        folded = po.solve(po.Scene(rod), free="length", pressure=pressure, state="folded")
+        assert folded.length == pytest.approx(
+            po.length_given_pressure(rod, pressure, state="folded").length, abs=1e-8
+        )
 
 
 def test_numbers_are_in_the_units_of_the_rod() -> None:

@@ -23,10 +23,13 @@ from ... import __version__
 from ...base.errors import PeelOptError
 from ...base.threads import one_thread
 from ...continuation.primary import forget_branches
-from ...equilibria.ask import ask_rod, equilibrium
+from ...continuation.scene_family import forget_scenes
+from ...equilibria.ask import ask_rod, equilibrium, length_given_pressure, pressure_given_length
 from ...equilibria.result import Equilibrium
 from ...model.groups import PI4
+from ...model.renumbered import renumbered
 from ...model.rod import MATERIAL, Rod
+from ...model.scene import Scene
 from .plan import GIVEN, Task, given_among
 from .together import answered_together
 
@@ -36,6 +39,9 @@ NUMBERS = (
     *("error", "certificate", "condition", "nearest"),
 )
 TEXTS = ("status", "state", "law", "flags", "message")
+
+#: What answers about a scene, by what is given.
+OF_SCENE = {"pressure": length_given_pressure, "length": pressure_given_length}
 
 #: Status of a point at which the programme itself failed, not the question.
 CRASHED = "crashed"
@@ -72,6 +78,7 @@ def answer_chunk(task: Task) -> ChunkAnswers:
     """Answer all points of a chunk, together as far as that goes; failures are rows too."""
     with _ONE_AT_A_TIME, one_thread:
         forget_branches()
+        forget_scenes()
         try:
             together = _together(task)
         except MemoryError:
@@ -90,7 +97,7 @@ def answer_chunk(task: Task) -> ChunkAnswers:
 
 def _together(task: Task) -> list[Row | None]:
     """Return the rows of the points that are answered together, None for the others."""
-    if task.options.method != "auto" or not len(task.values):
+    if task.options.method != "auto" or not len(task.values) or isinstance(task.subject, Scene):
         return [None] * len(task.values)
     found = answered_together(task, NUMBERS, TEXTS)
     numbers = np.stack([found[name] for name in NUMBERS], axis=1).tolist()
@@ -98,7 +105,7 @@ def _together(task: Task) -> list[Row | None]:
     return [(row, words) if words[0] else None for row, words in zip(numbers, texts, strict=True)]
 
 
-def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> Equilibrium:
+def ask(point: dict[str, float], base: Rod | Scene | None, options: dict[str, Any]) -> Equilibrium:
     """Answer one point by the single call it stands for.
 
     Raises
@@ -110,13 +117,19 @@ def ask(point: dict[str, float], base: Rod | None, options: dict[str, Any]) -> E
         shift = PI4 if "beta1" in point else 0.0
         named: dict[str, Any] = {**point, **options}
         return _renamed(partial(equilibrium, **named), lambda lam: lam + shift)
-    rod = _rod(point, base)
     name = given_among(point)
     value, given = point[name], GIVEN[name].given
+    if isinstance(base, Scene):
+        rod = _rod(point, base.rod)
+        own = {number: at for number, at in point.items() if number in base.numbers}
+        call: Callable[..., Equilibrium] = partial(OF_SCENE[given.name], renumbered(base, own, rod))
+    else:
+        rod = _rod(point, base)
+        call = partial(ask_rod, rod, given.name)
     if name == given.name:
-        return ask_rod(rod, name, value, **options)
+        return call(value, **options)
     absolute = given.from_ratio(rod, value)
-    return _renamed(partial(ask_rod, rod, given.name, absolute, **options), partial(given.to_ratio, rod))
+    return _renamed(partial(call, absolute, **options), partial(given.to_ratio, rod))
 
 
 def _renamed(call: Callable[[], Equilibrium], back: Callable[[float], float]) -> Equilibrium:
@@ -136,7 +149,7 @@ def _rod(point: dict[str, float], base: Rod | None) -> Rod:
 
 def _answered(task: Task, row: list[float]) -> Row:
     try:
-        eq = ask(dict(zip(task.names, row, strict=True)), task.rod, task.options.keywords())
+        eq = ask(dict(zip(task.names, row, strict=True)), task.subject, task.options.keywords())
     except PeelOptError as error:
         return _failure(error.status, str(error), math.nan if error.nearest is None else error.nearest)
     except MemoryError:

@@ -106,7 +106,7 @@ class Journal:
             "asked": plan.asked,
             "release": __version__,
         }
-        return head | about | plan.options.record()
+        return head | about | plan.record()
 
     def _append(self, record: dict[str, Any]) -> None:
         line = _line(record)

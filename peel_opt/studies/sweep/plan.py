@@ -2,7 +2,8 @@
 
 The order in which points are computed and the chunks they are computed in depend on the axes
 alone, never on who computes them: that is what makes a sweep the same bits everywhere.
-Points of one rod stand together, so that the branch walked for one serves the next.
+Points of one rod stand together, so that the branch walked for one serves the next; of a scene, whose
+branch takes a second or so, every set of numbers has chunks of its own.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import json
 import math
 import reprlib
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,10 +25,13 @@ from ...base.errors import InvalidInput
 from ...base.units import in_si
 from ...equilibria.methods import Method, as_method
 from ...equilibria.question import ASKS, known_law, rod_questions
+from ...equilibria.scenes import SCENE_STATES, plain_law, refuse_options
 from ...model.bond import CohesiveLaw
-from ...model.labels import known_state
+from ...model.labels import STATES, known_state
 from ...model.law_samples import texts
-from ...model.rod import MATERIAL, Rod, Units, refuse_scene
+from ...model.rod import MATERIAL, Rod, Units
+from ...model.scene import Scene
+from ...model.scene_identity import identity_of
 from ...residual.discretisation import Transcription
 
 #: Points of a chunk: at 0.2 to 25 ms each, what an interruption may cost, against a submission
@@ -45,6 +49,10 @@ GROUPS = ("beta0", "beta1", "lam")
 NAMES = (*MATERIAL, "ratio", *GIVEN, *GROUPS)
 
 
+#: What the points start from: where the numbers come from that neither vary nor are fixed.
+Subject = Rod | Scene | None
+
+
 @dataclass(frozen=True, eq=False)
 class Options:
     """How every point of a sweep is answered; keywords of the single calls."""
@@ -57,7 +65,6 @@ class Options:
     def __post_init__(self) -> None:
         positive("tol", self.tol)
         as_method(self.method)
-        known_state(self.state)
         if self.law is not None:
             known_law(self.law)
 
@@ -87,8 +94,8 @@ class Plan:
         What varies, in order.
     fixed : dict of str to float
         What is the same for all points.
-    rod : Rod or None
-        Where the material numbers come from that neither varies nor is fixed.
+    subject : Rod, Scene or None
+        Where the numbers come from that neither vary nor are fixed.
     zipped : bool
         Whether the axes are columns of a list of points instead of the sides of a grid.
     options : Options
@@ -96,29 +103,31 @@ class Plan:
 
     axes: dict[str, np.ndarray]
     fixed: dict[str, float]
-    rod: Rod | None
+    subject: Subject
     zipped: bool
     options: Options
 
     @classmethod
-    def of(cls, axes: Mapping[str, Any], rod: Rod | None, zipped: bool, options: Options) -> Plan:
-        """Check what a caller gave.
+    def of(cls, axes: Mapping[str, Any], subject: Subject, zipped: bool, options: Options) -> Plan:
+        """Check what a caller gave; the paper's scene is its rod.
 
         Raises
         ------
         InvalidInput
-            If the axes do not make one question about one rod at every point.
+            If the axes do not make one question about one rod or scene at every point.
         """
         if not isinstance(axes, Mapping) or not axes:
             raise InvalidInput(
                 f"axes must be a table of names and values, got {reprlib.repr(axes)}.",
                 remedy="For instance {'ratio': [0.5, 1.0], 'pressure_ratio': [0.4, 0.6, 0.8]}.",
             )
-        refuse_scene(rod)
-        if not isinstance(rod, Rod | None):
-            raise InvalidInput(f"rod must be a Rod, got {reprlib.repr(rod)}.")
-        units = _units({str(name) for name in axes}, rod)
-        arrays = {str(name): _values(str(name), values, units) for name, values in axes.items()}
+        if not isinstance(subject, Rod | Scene | None):
+            raise InvalidInput(f"rod must be a Rod or a Scene, got {reprlib.repr(subject)}.")
+        subject, options = settled(subject, options)
+        scene = subject if isinstance(subject, Scene) else None
+        known_state(options.state, among=SCENE_STATES if scene else STATES)
+        units = _units({str(name) for name in axes}, rod_of(subject))
+        arrays = {str(name): _values(str(name), values, units, scene) for name, values in axes.items()}
         varied = {name: values for name, values in arrays.items() if values.ndim}
         fixed = {name: float(values) for name, values in arrays.items() if not values.ndim}
         if not varied:
@@ -126,8 +135,8 @@ class Plan:
         lengths = {name: len(values) for name, values in varied.items()}
         if zipped and len(set(lengths.values())) > 1:
             raise InvalidInput(f"the columns of a list of points must be equally long, got {lengths}.")
-        _check_question(set(arrays), rod)
-        plan = cls(varied, fixed, rod, zipped, options)
+        _check_question(set(arrays), subject)
+        plan = cls(varied, fixed, subject, zipped, options)
         if (count := math.prod(plan.shape)) > MOST_POINTS:
             raise InvalidInput(
                 f"a sweep of {count} points is too large; the limit is {MOST_POINTS}.",
@@ -160,6 +169,22 @@ class Plan:
         """Units of what has any, those of the rod the points start from; None with ratios or groups only."""
         return _units({*self.axes, *self.fixed}, self.rod)
 
+    @property
+    def rod(self) -> Rod | None:
+        """The rod that the points start from, also that of a scene."""
+        return rod_of(self.subject)
+
+    @property
+    def scene_units(self) -> dict[str, str]:
+        """Units of the numbers of a scene that vary or are fixed, by name."""
+        if not isinstance(self.subject, Scene):
+            return {}
+        return {
+            name: _unit_in_scene(name, self.units, self.subject)
+            for name in self.subject.numbers
+            if name in self.axes or name in self.fixed
+        }
+
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
         """Every varied and fixed number at every point, each of shape (points,)."""
@@ -172,7 +197,9 @@ class Plan:
     @cached_property
     def chunks(self) -> list[np.ndarray]:
         """Indices of the points of each chunk: whole rods where they fit, cut where they do not."""
-        identity = [self.columns[name] for name in (*MATERIAL, "ratio", *GROUPS) if name in self.columns]
+        scene = self.subject if isinstance(self.subject, Scene) else None
+        telling = (*MATERIAL, "ratio", *GROUPS, *(scene.numbers if scene else ()))
+        identity = [self.columns[name] for name in telling if name in self.columns]
         if identity:
             _, rods = np.unique(np.stack(identity, axis=1), axis=0, return_inverse=True)
         else:
@@ -182,7 +209,7 @@ class Plan:
         chunks: list[np.ndarray] = []
         waiting: list[np.ndarray] = []
         for group in np.split(order, starts):
-            if waiting and sum(map(len, waiting)) + len(group) > CHUNK:
+            if waiting and (scene or sum(map(len, waiting)) + len(group) > CHUNK):
                 chunks.append(np.concatenate(waiting))
                 waiting = []
             if len(group) > CHUNK:
@@ -192,24 +219,30 @@ class Plan:
         return [*chunks, np.concatenate(waiting)] if waiting else chunks
 
     def fingerprint(self) -> str:
-        """Return what tells this sweep from every other: a digest of its axes, rod, options and chunks.
+        """Return what tells this sweep from every other: a digest of its axes, subject, options and chunks.
 
         And of the release: what another one answered is not what this one would.
         """
         material = None if self.rod is None else [getattr(self.rod, name).hex() for name in MATERIAL]
+        scene = identity_of(self.subject) if isinstance(self.subject, Scene) else []
         identity = [
             [[name, [v.hex() for v in values.tolist()]] for name, values in self.axes.items()],
             [[name, value.hex()] for name, value in self.fixed.items()],
-            [material, self.zipped, self.options.identity(), CHUNK, __version__],
+            [material, scene, self.zipped, self.options.identity(), CHUNK, __version__],
         ]
         return hashlib.sha256(json.dumps(identity).encode()).hexdigest()
+
+    def record(self) -> dict[str, str]:
+        """Return the options as texts, and the scene in words."""
+        scene = {"scene": repr(self.subject)} if isinstance(self.subject, Scene) else {}
+        return self.options.record() | scene
 
     def tasks(self) -> Iterator[Task]:
         """Yield what is to be computed, chunk by chunk."""
         names = tuple(self.columns)
         for number, indices in enumerate(self.chunks):
             values = np.stack([self.columns[name][indices] for name in names], axis=1)
-            yield Task(number, names, values, self.rod, self.options)
+            yield Task(number, names, values, self.subject, self.options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,8 +252,33 @@ class Task:
     number: int
     names: tuple[str, ...]
     values: np.ndarray
-    rod: Rod | None
+    subject: Subject
     options: Options
+
+
+def settled(subject: Subject, options: Options) -> tuple[Subject, Options]:
+    """Return what is asked about, and how: the paper's scene is its rod under its law.
+
+    Raises
+    ------
+    InvalidInput
+        If the options say what a scene has, or what is for rods only.
+    """
+    if not isinstance(subject, Scene):
+        return subject, options
+    refuse_options(law=options.law or "auto", method=options.method)
+    return (subject.rod, replace(options, law=plain_law(subject))) if subject.is_plain else (subject, options)
+
+
+def rod_of(subject: Subject) -> Rod | None:
+    """Return a rod, or that of a scene."""
+    return subject.rod if isinstance(subject, Scene) else subject
+
+
+def _unit_in_scene(name: str, units: Units | None, scene: Scene) -> str:
+    """Return the unit of a number of a scene, where pressures and lengths have these units."""
+    dimension = scene.dimensions[name]
+    return dimension.unit if units == SI else dimension.unit_of(scene.rod)
 
 
 def _units(names: set[str], rod: Rod | None) -> Units | None:
@@ -241,14 +299,22 @@ def si_of(name: str, units: Units | None) -> str:
     return SI.of_number(name) if units == SI else ""
 
 
-def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
-    if name not in NAMES:
+def _values(name: str, values: Any, units: Units | None, scene: Scene | None) -> np.ndarray:
+    of_scene = scene is not None and name in scene.numbers
+    if name not in NAMES and not of_scene:
         import difflib
 
-        near = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.5)
-        meant = f"Did you mean {near[0]!r}?" if near else f"Known are {', '.join(NAMES)}."
+        known = (*NAMES, *(scene.numbers if scene else ()))
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+        meant = f"Did you mean {near[0]!r}?" if near else f"Known are {', '.join(known)}."
+        if scene is not None:
+            meant += " To vary a number that is zero in the scene, name its part there, with any size."
         raise InvalidInput(f"a sweep has no axis {name!r}.", remedy=meant)
-    values = in_si(f"the axis {name!r}", values, si_of(name, units))
+    if scene is not None and of_scene:
+        si = scene.dimensions[name].unit if units == SI else ""
+    else:
+        si = si_of(name, units)
+    values = in_si(f"the axis {name!r}", values, si)
     try:
         # A masked number is one that is not there.
         given = values.filled(np.nan) if isinstance(values, np.ma.MaskedArray) else np.array(values)
@@ -268,9 +334,10 @@ def _values(name: str, values: Any, units: Units | None) -> np.ndarray:
     return array
 
 
-def _check_question(names: set[str], rod: Rod | None) -> None:
-    """Raise unless the names make one question about one rod, or one pair of the paper's groups."""
-    got = ", ".join(sorted(names)) + ("" if rod is None else " and a rod")
+def _check_question(names: set[str], subject: Subject) -> None:
+    """Raise unless the names make one question about a rod or a scene, or one pair of the paper's groups."""
+    kind = "" if subject is None else " and a scene" if isinstance(subject, Scene) else " and a rod"
+    got, rod = ", ".join(sorted(names)) + kind, rod_of(subject)
     if names & set(GROUPS):
         if rod is not None or not names <= set(GROUPS) or "beta0" not in names or len(names) != 2:
             raise InvalidInput(
@@ -281,7 +348,13 @@ def _check_question(names: set[str], rod: Rod | None) -> None:
     if len(given) != 1:
         raise InvalidInput(f"give one of {', '.join(GIVEN)}; got {' and '.join(given) or 'none'}.")
     if "ratio" in names:
-        if rod is not None or names & set(MATERIAL) or not given[0].endswith("_ratio"):
+        if isinstance(subject, Scene) and not subject.rod.dimensionless:
+            raise InvalidInput(
+                "ratio = eta/y0 varies in a scene whose rod is known by its ratio alone.",
+                remedy="Vary bending_stiffness, adhesion_strength or adhesion_range; or make the scene, its"
+                " numbers over T0 and eta, of Rod.from_ratio.",
+            )
+        if isinstance(subject, Rod) or names & set(MATERIAL) or not given[0].endswith("_ratio"):
             raise InvalidInput(
                 "a sweep over ratio = eta/y0 takes no other numbers of the rod, and pressure_ratio = p/T0 or"
                 f" length_ratio = sbar/eta; got {got}."

@@ -63,13 +63,13 @@ class Worker:
         except OSError as error:
             raise WorkersLost(f"no process can be started here: {error.strerror}.") from error
 
-    def take_up(self, options: bytes) -> None:
+    def take_up(self, shared: bytes) -> None:
         """Wait until it is ready.
 
         Parameters
         ----------
-        options : bytes
-            Pickled, which it must be able to read.
+        shared : bytes
+            What all tasks have, pickled, which it must be able to read.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Worker:
         WorkersLost
             If it has ended instead.
         """
-        if reason := self._reply(options):
+        if reason := self._reply(shared):
             raise cannot_be_sent(reason)
 
     def answer(self, task: Task) -> ChunkAnswers:
@@ -114,9 +114,9 @@ class Worker:
 
 
 def cannot_be_sent(reason: object) -> InvalidInput:
-    """Return the error that the law or the method is known to this process alone."""
+    """Return the error that the law, the method or the scene is known to this process alone."""
     return InvalidInput(
-        f"the law or the method cannot be sent to another process: {reason}.",
+        f"the law, the method or the scene cannot be sent to another process: {reason}.",
         remedy="Define it at the top of a module of its own, which the script imports, or pass workers=1.",
     )
 
@@ -155,10 +155,10 @@ def serve() -> None:
         reply = _answered
 
 
-def _taken_up(options: bytes) -> str:
-    """Return why these options cannot be read; nothing if they can."""
+def _taken_up(shared: bytes) -> str:
+    """Return why this cannot be read; nothing if it can."""
     try:
-        pickle.loads(options)
+        pickle.loads(shared)
     except Exception as error:
         return f"{type(error).__name__}: {error}".rstrip(".")
     return ""

@@ -17,6 +17,7 @@ from ...base.progress import progress as progressing
 from ...equilibria.methods import Method
 from ...model.bond import CohesiveLaw
 from ...model.rod import Rod
+from ...model.scene import Scene
 from ...residual.discretisation import Transcription
 from .answers import NUMBERS, TEXTS, ChunkAnswers, answer_chunk
 from .journal import Journal
@@ -28,7 +29,7 @@ from .workers import MOST_WORKERS, computed
 def sweep(
     axes: Mapping[str, Any],
     *,
-    rod: Rod | None = None,
+    rod: Rod | Scene | None = None,
     zipped: bool = False,
     law: str | CohesiveLaw | None = None,
     state: str | None = None,
@@ -49,13 +50,16 @@ def sweep(
         ``bending_stiffness`` [N m], ``adhesion_strength`` [Pa] and ``adhesion_range`` [m], or
         ``ratio`` = eta/y0 alone.  The question, one of ``pressure`` [Pa], ``length`` [m],
         ``pressure_ratio`` = p/T0 and ``length_ratio`` = sbar/eta.  Or ``beta0`` with ``lam`` or
-        ``beta1``.
-    rod : Rod, optional
-        Has the material numbers that ``axes`` does not name.
+        ``beta1``.  Of a scene any of its numbers besides, by the names that `solve` frees them by, in
+        the units of its rod.
+    rod : Rod or Scene, optional
+        Has the numbers that ``axes`` does not name.  The branch of a scene is walked anew for every set of
+        its numbers; its ``ratio`` may vary where its rod is ``Rod.from_ratio``.
     zipped : bool
         Take the axes as the columns of a list of points, instead of all combinations.
     law, state, method, tol
-        As for the single call, `pressure_given_length` and its fellows; for all points.
+        As for the single call, `pressure_given_length` and its fellows; for all points.  A scene has
+        its own law, and is solved in one way.
     journal : str or Path, optional
         A file that keeps every finished chunk of some hundred points.  If it exists, what it
         holds is not computed again: after an interruption of any kind, the same call goes on.
@@ -160,11 +164,12 @@ def _assembled(plan: Plan, done: Mapping[int, ChunkAnswers], arithmetic: str) ->
     return Sweep(
         axes=plan.axes,
         fixed=plan.fixed,
-        rod=plan.rod,
+        rod=None if "ratio" in plan.columns else plan.rod,
+        scene_units=plan.scene_units,
         zipped=plan.zipped,
         asked=plan.asked,
         units=plan.units,
-        options=plan.options.record(),
+        options=plan.record(),
         arithmetic=arithmetic,
         values={name: column.reshape(plan.shape) for name, column in values.items()},
     )

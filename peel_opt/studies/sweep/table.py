@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,11 +60,13 @@ class Sweep(Pictured, Stored):
     units : Units or None
         Of pressures and lengths; None if there are ratios or the paper's groups only.
     options : dict of str to str
-        Law, state, tol and method.
+        Law, state, tol and method; a scene in words.
     arithmetic : str
         Under which the bits were computed; sweeps with the same one agree in all bits.
     values : dict of str to ndarray
         The numbers and texts of the answers, each of shape ``shape``.
+    scene_units : dict of str to str
+        Units of the numbers of a scene among the axes and the fixed numbers.
     """
 
     schema = Schema("peel_opt sweep", 1, largest=LARGEST)
@@ -78,6 +80,7 @@ class Sweep(Pictured, Stored):
     options: dict[str, str]
     arithmetic: str
     values: dict[str, np.ndarray]
+    scene_units: dict[str, str] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -138,6 +141,8 @@ class Sweep(Pictured, Stored):
     def unit(self, name: str) -> str:
         """Return the unit of a column, empty if it has none."""
         units = self.units
+        if name in self.scene_units:
+            return self.scene_units[name]
         if name == "nearest":
             return self.unit(_given(self))
         return "" if units is None else units.of_number(name)
@@ -177,6 +182,7 @@ class Sweep(Pictured, Stored):
             "units": None if self.units is None else asdict(self.units),
             "options": self.options,
             "arithmetic": self.arithmetic,
+            "scene_units": self.scene_units,
         }
 
     @classmethod
@@ -197,6 +203,7 @@ class Sweep(Pictured, Stored):
             options={str(name): str(value) for name, value in head["options"].items()},
             arithmetic=str(head["arithmetic"]),
             values=values | {name: array(arrays, name, "U", shape) for name in TEXTS},
+            scene_units={str(name): str(unit) for name, unit in head.get("scene_units", {}).items()},
         )
 
     def to_xarray(self) -> Any:

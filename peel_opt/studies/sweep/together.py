@@ -51,7 +51,7 @@ def _rods(points: dict[str, np.ndarray], task: Task) -> tuple[np.ndarray, dict[s
     count = len(task.values)
     if "ratio" in points:
         return points["ratio"], {"pressure": np.ones(count), "length": np.ones(count)}
-    named = [points.get(name, np.full(count, getattr(task.rod, name, math.nan))) for name in MATERIAL]
+    named = [points.get(name, np.full(count, getattr(task.subject, name, math.nan))) for name in MATERIAL]
     # A rod that is none is left to the single call, which says why.
     stiffness, strength, reach = np.where(np.all(np.array(named) > 0.0, axis=0), named, math.nan)
     eta = np.cbrt(stiffness / strength)

@@ -16,7 +16,7 @@ from tempfile import TemporaryFile
 
 from ...base.errors import InvalidInput, WorkersLost
 from .answers import ChunkAnswers, answer_chunk
-from .plan import Options, Task
+from .plan import Task
 from .process import Worker, cannot_be_sent
 
 #: Seconds a sweep may take here before what is left is looked at, and how many seconds must
@@ -61,7 +61,7 @@ def computed(
     elif workers == 1:
         yield from map(answer_chunk, tasks)
     elif tasks:
-        yield from _by_crew(tasks, Crew(min(workers, len(tasks)), tasks[0].options))
+        yield from _by_crew(tasks, Crew(min(workers, len(tasks)), tasks[0]))
 
 
 def cores() -> int:
@@ -78,7 +78,7 @@ def _adaptively(tasks: Sequence[Task], workers: int) -> Iterator[ChunkAnswers]:
         left = tasks[done:]
         if done and workers > 1 and spent > ALONE and spent / done * len(left) > WORTHWHILE:
             try:
-                crew = Crew(min(workers, len(left)), task.options)
+                crew = Crew(min(workers, len(left)), task)
             except (InvalidInput, WorkersLost):
                 workers = 1  # nobody asked for processes: here it takes longer, but it is answered
             else:
@@ -121,20 +121,20 @@ class Crew:
     ----------
     size : int
         How many.
-    options : Options
-        Of all chunks.
+    task : Task
+        One of the chunks, for what all have: the subject and the options.
 
     Raises
     ------
     InvalidInput
-        If the options cannot be sent to another process.
+        If the scene or the options cannot be sent to another process.
     WorkersLost
         If no process can be started.
     """
 
-    def __init__(self, size: int, options: Options) -> None:
+    def __init__(self, size: int, task: Task) -> None:
         try:
-            sent = pickle.dumps(options)
+            sent = pickle.dumps((task.subject, task.options))
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise cannot_be_sent(f"{error}".rstrip(".")) from error
         try:
@@ -224,4 +224,4 @@ def _by_crew(tasks: Sequence[Task], crew: Crew) -> Iterator[ChunkAnswers]:
                 f" {len(left)} of {len(tasks)} chunks are left.",
                 remedy=REMEDY,
             ) from lost
-        crew = Crew(min(crew.size, len(left)), tasks[0].options)
+        crew = Crew(min(crew.size, len(left)), tasks[0])

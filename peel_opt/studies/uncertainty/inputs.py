@@ -21,10 +21,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from ...base.checks import positive
+from ...base.checks import finite, positive
 from ...base.errors import InvalidInput
-from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si, parse
-from ...model.rod import Units
+from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si, parse
+from ...base.units import KINDS as BY_UNIT
+from ...model.dimension import Dimension
+from ...model.rod import Rod, Units
 from ..sweep.plan import SI, si_of
 from ..sweep.ranges import parse_together
 
@@ -88,48 +90,83 @@ class Spread:
         return np.asarray(self.distribution.ppf(shares), dtype=float)
 
 
-def spread_of(name: str, given: Any, nominal: float, units: Units = SI) -> Spread:
+@dataclass(frozen=True)
+class Measure:
+    """What an input measures.
+
+    Parameters
+    ----------
+    unit : str
+        In which it is given, SI or that of a rod known by its ratio alone.
+    si : str
+        Its SI unit; empty where it has none or the rod has no units.
+    kind : Kind
+        Of a text.
+    signed : bool
+        Whether it may be zero or negative.
+    """
+
+    unit: str
+    si: str
+    kind: Kind
+    signed: bool = False
+
+    @classmethod
+    def of(cls, name: str, units: Units) -> Measure:
+        """Return what one of `KINDS` measures, in the units of a rod."""
+        return cls(units.of_number(name), si_of(name, units), KINDS[name] if units == SI else NUMBER)
+
+    @classmethod
+    def in_scene(cls, dimension: Dimension, rod: Rod) -> Measure:
+        """Return what a number of a scene measures."""
+        plain = rod.dimensionless and dimension.unit != ANGLE.si
+        kind = NUMBER if plain else BY_UNIT[dimension.unit]
+        return cls(dimension.unit_of(rod), "" if rod.dimensionless else dimension.unit, kind, signed=True)
+
+
+def spread_of(name: str, given: Any, nominal: float, measure: Measure | None = None) -> Spread:
     """Return the distribution that a caller described in one of the forms above.
 
     Parameters
     ----------
     name : str
-        One of `KINDS`.
+        One of `KINDS`, or a number of a scene.
     given : float, pair of float, str or frozen distribution
     nominal : float
         The value itself [SI].
-    units : Units
-        Of the rod: texts have no units where it is known by its ratio alone.
+    measure : Measure, optional
+        By default that of one of `KINDS` in SI units.
 
     Raises
     ------
     InvalidInput
         If it has none of these forms, or the nominal value cannot come of it.
     """
-    unit = units.of_number(name)
+    measure = measure or Measure.of(name, SI)
+    unit, plain = measure.unit, finite if measure.signed else positive
     if not isinstance(given, str):
-        given = in_si(name, given, si_of(name, units))
+        given = in_si(name, given, measure.si)
     if isinstance(given, str):
-        distribution, words = _from_text(name, given, nominal, KINDS[name] if units == SI else NUMBER)
+        distribution, words = _from_text(name, given, nominal, measure)
     elif hasattr(given, "ppf") and hasattr(given, "std"):
         distribution, words = given, _family(name, given)
     elif isinstance(given, tuple | list | np.ndarray):
         if np.ndim(given) != 1 or len(given) != 2:
             raise InvalidInput(f"the range of {name} must be two numbers, from and to, got {given!r}.")
-        low, high = (positive(name, _plain(value)) for value in given)
+        low, high = (plain(name, _plain(value)) for value in given)
         distribution, words = _between(name, low, high)
     else:
         amount = positive(f"the standard deviation of {name}", _plain(given))
-        distribution, words = _about(nominal, amount, "normal")
+        distribution, words = _about(name, nominal, amount, "normal")
     spread = Spread(name, nominal, distribution, words, unit)
     low, high = spread.quantiles(np.array([OUTSIDE, 1.0 - OUTSIDE]))
-    if not high - low <= WIDEST * abs(nominal):
+    if not high - low <= WIDEST * abs(nominal) and not (measure.signed and nominal == 0.0):
         raise InvalidInput(
             f"the spread of {name}, from {low:g} to {high:g} {unit}, is beyond all measure of its nominal"
             f" {nominal:g}.",
             remedy="Numbers are in SI units.",
         )
-    slack = 1e-9 * abs(nominal)  # the end of a range is a value of it
+    slack = 1e-9 * max(abs(nominal), high - low)  # the end of a range is a value of it
     if not low - slack <= nominal <= high + slack:
         raise InvalidInput(
             f"the nominal {name}, {nominal:g} {unit}, cannot come of its distribution, which lies between"
@@ -175,12 +212,12 @@ def middle(name: str, text: str, kind: Kind) -> float:
     return 0.5 * sum(_ends(name, text, kind))
 
 
-def _ends(name: str, text: str, kind: Kind) -> list[float]:
+def _ends(name: str, text: str, kind: Kind, signed: bool = False) -> list[float]:
     """Return both ends of a range "20 uN m .. 26 uN m" or "20 .. 26 uN m"."""
-    return parse_together(name, text.split("..", maxsplit=1), kind)
+    return parse_together(name, text.split("..", maxsplit=1), kind, signed=signed)
 
 
-def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, str]:
+def _from_text(name: str, text: str, nominal: float, measure: Measure) -> tuple[Any, str]:
     value, spread = split(text)
     if value and spread:
         raise InvalidInput(
@@ -192,18 +229,23 @@ def _from_text(name: str, text: str, nominal: float, kind: Kind) -> tuple[Any, s
     if ".." in amount:
         if match.group(2) in ("normal", "lognormal"):
             raise InvalidInput(f"a range of {name} is even, not {shape}.", remedy=f"Leave out {shape!r}.")
-        return _between(name, *_ends(name, amount, kind))
+        return _between(name, *_ends(name, amount, measure.kind, measure.signed))
     label = f"the spread of {name}"
     if amount.endswith("%"):
-        return _about(nominal, 0.01 * nominal * parse(label, amount[:-1].strip(), NUMBER), shape)
-    return _about(nominal, parse(label, amount, kind), shape)
+        if nominal == 0.0:
+            raise InvalidInput(f"{label} is a share of nothing: it is zero.", remedy="Give it with its unit.")
+        share = 0.01 * parse(label, amount[:-1].strip(), NUMBER)
+        return _about(name, nominal, share * abs(nominal), shape)
+    return _about(name, nominal, parse(label, amount, measure.kind), shape)
 
 
-def _about(nominal: float, amount: float, shape: str) -> tuple[Any, str]:
+def _about(name: str, nominal: float, amount: float, shape: str) -> tuple[Any, str]:
     if shape == "normal":
         return stats.norm(nominal, amount), shape
     if shape == "uniform":
         return stats.uniform(nominal - amount, 2.0 * amount), shape
+    if nominal <= 0.0:
+        raise InvalidInput(f"{name} is not positive, and cannot be lognormal.", remedy="Leave out the word.")
     width = math.sqrt(math.log1p((amount / nominal) ** 2))
     return stats.lognorm(width, scale=nominal * math.exp(-0.5 * width**2)), shape
 

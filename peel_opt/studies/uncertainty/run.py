@@ -16,22 +16,23 @@ from ...analysis.sensitivities import sensitivities
 from ...base.checks import finite, flag
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
-from ...equilibria.ask import ask_rod
+from ...equilibria.ask import ask_rod, length_given_pressure, pressure_given_length
 from ...equilibria.methods import Method
 from ...equilibria.question import ASKS
 from ...model.bond import CohesiveLaw
-from ...model.rod import MATERIAL, Rod, Units, refuse_scene
+from ...model.rod import MATERIAL, Rod, Units
+from ...model.scene import Scene
 from ...residual.discretisation import Transcription
-from ..sweep.plan import Options
+from ..sweep.plan import Options, rod_of, settled
 from ..sweep.run import sweep
-from .inputs import Spread, spread_of
+from .inputs import Measure, Spread, spread_of
 from .limits_of_many import LIMITS, limits_of
 from .result import Propagated, Uncertainty
 from .sample import Sample
 
 
 def uncertainty(
-    rod: Rod,
+    rod: Rod | Scene,
     spread: Mapping[str, Any],
     *,
     pressure: float | None = None,
@@ -53,18 +54,21 @@ def uncertainty(
 
     Parameters
     ----------
-    rod : Rod
-        The nominal rod.
+    rod : Rod or Scene
+        The nominal rod, or what acts on it besides; the states of a scene are asked for at a pressure or a
+        length.
     spread : mapping
-        By input, ``bending_stiffness``, ``adhesion_strength``, ``adhesion_range`` and
-        ``pressure`` or ``length``: a standard deviation [SI], a pair (from, to), a text such as
-        "10 %", "+- 2 uN m", "10 % lognormal", or a frozen distribution of ``scipy.stats``.
+        By input, ``bending_stiffness``, ``adhesion_strength``, ``adhesion_range``, ``pressure`` or
+        ``length``, and any number of a scene by the name that `solve` frees it by: a standard
+        deviation [SI], a pair (from, to), a text such as "10 %", "+- 2 uN m", "10 % lognormal",
+        or a frozen distribution of ``scipy.stats``.
         Inputs are independent of each other; those not named are certain.
     pressure, length : float, optional
         What is given [Pa, m], for the other of the two.
     of : str or sequence of str, optional
         "pressure" or "length", whichever is not given; "readhesion_pressure"; "maxwell_length".
-        By default the first, or without a given number those of the last two that the rod has.
+        By default the first, or without a given number those of the last two that the rod has.  They are
+        numbers of the rod alone, and not known for a scene.
     samples : int
         A power of 2.  The distributions are those of twice as many samples.
     seed : int
@@ -73,7 +77,7 @@ def uncertainty(
         Whether to compute Sobol indices, which takes ``samples`` more answers for each input;
         with a single input there are none.
     law, state, method, tol
-        As for `pressure_given_length`; the limits are those of law (8).
+        As for `pressure_given_length`; the limits are those of law (8), and a scene has its own.
     journal, executor, workers, progress
         As for `sweep`, which answers the samples.
 
@@ -101,13 +105,15 @@ def uncertainty(
     >>> round(1e6 * found.linear_sd, 1), found.failed  # in um
     (28.6, 0.0)
     """
-    refuse_scene(rod)
-    if not isinstance(rod, Rod):
-        raise InvalidInput(f"rod must be a Rod, got {rod!r}.")
-    options = Options(law, state, tol, method)
+    if not isinstance(rod, Rod | Scene):
+        raise InvalidInput(f"rod must be a Rod or a Scene, got {rod!r:.60}.")
+    subject, options = settled(rod, Options(law, state, tol, method))
+    rod = rod_of(subject)
+    assert isinstance(subject, Rod | Scene)
+    assert rod is not None
     given = _given(rod, pressure, length)
-    wanted = _wanted(of, given, options)
-    nominal = {name: getattr(rod, name) for name in MATERIAL} | given
+    wanted = _wanted(of, given, options, () if isinstance(subject, Scene) else LIMITS)
+    nominal, measures = _inputs(subject, rod, given)
     if not isinstance(spread, Mapping) or not spread:
         raise InvalidInput(
             "nothing is uncertain: give the spread of at least one input.",
@@ -118,9 +124,10 @@ def uncertainty(
             f"{strange[0]!r} is no input of the question.", remedy=f"Inputs are {', '.join(nominal)}."
         )
     # In the order of the inputs, whatever that of the mapping: the samples depend on it.
-    units = Units.of(rod)
     inputs = {
-        name: spread_of(name, spread[name], value, units) for name, value in nominal.items() if name in spread
+        name: spread_of(name, spread[name], value, measures[name])
+        for name, value in nominal.items()
+        if name in spread
     }
     for name in wanted:
         if name in LIMITS and not inputs.keys() & set(MATERIAL):
@@ -130,7 +137,7 @@ def uncertainty(
     missing: dict[str, PeelOptError] = {}
     for name in wanted:
         try:
-            centres[name] = _nominal(rod, given, name, options)
+            centres[name] = _nominal(subject, given, name, options)
         except PeelOptError as failure:
             if of is not None or name not in LIMITS:
                 raise
@@ -143,10 +150,23 @@ def uncertainty(
         if name in LIMITS:
             values, status, error = limits_of(name, drawn.points(nominal), tol)
         else:
-            values, status, error = _answers(rod, drawn, given, options.keywords() | running)
+            values, status, error = _answers(subject, drawn, given, options.keywords() | running)
         quantities[name] = _propagated(name, rod, centre, inputs, drawn, values, status, error)
     columns = {name: drawn.inputs[: drawn.main, i] for i, name in enumerate(inputs)}
     return Uncertainty(inputs, quantities, columns, {name: str(reason) for name, reason in missing.items()})
+
+
+def _inputs(
+    subject: Rod | Scene, rod: Rod, given: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, Measure]]:
+    """Return the nominal value of whatever may be uncertain, and what each measures."""
+    nominal = {name: getattr(rod, name) for name in MATERIAL} | dict(given)
+    measures = {name: Measure.of(name, Units.of(rod)) for name in nominal}
+    if isinstance(subject, Scene):
+        kinds = subject.dimensions
+        nominal |= {name: size * kinds[name].size(rod) for name, size in subject.numbers.items()}
+        measures |= {name: Measure.in_scene(kinds[name], rod) for name in subject.numbers}
+    return nominal, measures
 
 
 def _given(rod: Rod, pressure: float | None, length: float | None) -> dict[str, float]:
@@ -160,12 +180,20 @@ def _given(rod: Rod, pressure: float | None, length: float | None) -> dict[str, 
     return given
 
 
-def _wanted(of: str | Sequence[str] | None, given: Mapping[str, float], options: Options) -> tuple[str, ...]:
+def _wanted(
+    of: str | Sequence[str] | None,
+    given: Mapping[str, float],
+    options: Options,
+    limits_known: tuple[str, ...],
+) -> tuple[str, ...]:
+    """Return what is asked for: the number that is not given, or limits, which a rod alone has."""
     asked = next((ASKS[name].asked.name for name in given), None)
-    known = (*((asked,) if asked else ()), *LIMITS)
+    known = (*((asked,) if asked else ()), *limits_known)
+    if not known:
+        raise InvalidInput("give a pressure or a length with a scene.")
     wanted: tuple[str, ...]
     if of is None:
-        wanted = (asked,) if asked else LIMITS
+        wanted = (asked,) if asked else limits_known
     elif isinstance(of, str):
         wanted = (of,)
     else:
@@ -184,13 +212,19 @@ def _wanted(of: str | Sequence[str] | None, given: Mapping[str, float], options:
 
 
 def _nominal(
-    rod: Rod, given: Mapping[str, float], name: str, options: Options
+    subject: Rod | Scene, given: Mapping[str, float], name: str, options: Options
 ) -> tuple[float, Sensitivities | None]:
     """Return a number at the nominal inputs with its derivatives, None where they are infinite."""
     if name in LIMITS:
-        found = sensitivities(rod, name)
+        assert isinstance(subject, Rod)
+        found = sensitivities(subject, name)
         return found.value, found
-    eq = ask_rod(rod, *next(iter(given.items())), **options.keywords())
+    ((known, value),) = given.items()
+    if isinstance(subject, Scene):
+        call = length_given_pressure if known == "pressure" else pressure_given_length
+        eq = call(subject, value, **options.keywords())
+    else:
+        eq = ask_rod(subject, known, value, **options.keywords())
     try:
         return getattr(eq, name), sensitivities(eq)
     except AtFold:
@@ -198,12 +232,12 @@ def _nominal(
 
 
 def _answers(
-    rod: Rod, drawn: Sample, given: Mapping[str, float], options: Mapping[str, Any]
+    subject: Rod | Scene, drawn: Sample, given: Mapping[str, float], options: Mapping[str, Any]
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the answer, its status and the largest error over the samples, in the rod's units."""
     axes: dict[str, Any] = {name: drawn.inputs[:, i] for i, name in enumerate(drawn.names)}
     axes |= {name: value for name, value in given.items() if name not in axes}
-    table = sweep(axes, rod=rod, zipped=True, **options)
+    table = sweep(axes, rod=subject, zipped=True, **options)
     asked = ASKS[next(iter(given))].asked
     values, ratios = table[asked.name], table[asked.attribute]
     error = np.nanmax(table["error"] * np.abs(values / ratios), initial=0.0)
