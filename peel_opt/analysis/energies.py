@@ -31,6 +31,7 @@ from ..continuation.points import Point
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import discretised, law_of, transcription_of, walked
 from ..equilibria.result import Equilibrium
+from ..equilibria.scene_trace import SceneTrace
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
@@ -156,6 +157,11 @@ def energies(subject: Branch | Equilibrium) -> Energies | EnergyTerms:
 
 @one_thread
 def _along(branch: Branch) -> Energies:
+    if isinstance(branch, SceneTrace):
+        raise InvalidInput(
+            "energies are integrated along the branch of a rod, and this is that of a scene.",
+            remedy="Take them state by state, as energies(branch[i]).",
+        )
     if require_branch(branch).hold != "ratio" or branch.A[0] != 0.0 or branch.solutions is None:
         raise InvalidInput(
             "energies are counted from T on, along the branch of one rod.",

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, model_validator
 
 from ..base.errors import InvalidInput
-from ..base.units import ANGLE, KINDS, NUMBER, parse
+from ..base.units import ANGLE, KINDS, NUMBER, Kind, parse
 from ..model import profiles
 from ..model.blister import Blister
 from ..model.bond import COHESIVE, CohesiveLaw
@@ -227,5 +227,10 @@ def read_number(rod: Rod, name: str, value: object, dimension: Dimension) -> flo
     InvalidInput
         If it measures something else, or is not finite.
     """
-    kind = NUMBER if rod.dimensionless and dimension.unit != ANGLE.si else KINDS[dimension.unit]
-    return parse(name, value, kind, own=own_units(rod, dimension.unit), signed=name not in _POSITIVE)
+    own = own_units(rod, dimension.unit)
+    return parse(name, value, kind_of(rod, dimension), own=own, signed=name not in _POSITIVE)
+
+
+def kind_of(rod: Rod, dimension: Dimension) -> Kind:
+    """Return the units that a number of a scene may be written in: none where its rod has none."""
+    return NUMBER if rod.dimensionless and dimension.unit != ANGLE.si else KINDS[dimension.unit]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from ..base.checks import positive
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.threads import one_thread
 from ..continuation.unhealed import unhealed_branch
@@ -56,7 +57,7 @@ def grown_flap(
     >>> round(grown_flap(Rod.from_ratio(1.0), 0.2).length_ratio, 6)
     5.387418
     """
-    began = time.perf_counter()
+    began, tol = time.perf_counter(), positive("tol", tol)
     question = Question.of_rod(rod, "pressure", pressure, law=law)
     branch = unhealed_branch(question.effective_law, question.path)
     first, last = (branch.points[i].scalars.pressure_ratio for i in (0, -1))

@@ -201,8 +201,8 @@ def refuse_scene(subject: object) -> None:
     if isinstance(getattr(subject, "rod", None), Rod):
         raise InvalidInput(
             "this call takes a rod, and not a scene: what it reads is known for the paper's scene only.",
-            remedy="Ask for states of a scene with solve, for many with answers; what its rod alone does,"
-            " with scene.rod. What is read off a scene stands in docs/scenes.md.",
+            remedy="Ask for states of a scene with solve, for many with answers or sweep; what its rod alone"
+            " does, with scene.rod. What is read off a scene stands in docs/scenes.md.",
         )
 
 

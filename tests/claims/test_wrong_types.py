@@ -70,7 +70,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "ShearSprings": lambda: {"stiffness": 1.0},
     "ElasticLayer": lambda: {"stiffness": 100.0},
     "critical_length": lambda: {"scene": ROD},
-    "unfolding": lambda: {"scene": ROD},
+    "unfolding": lambda: {"scene": po.Scene(ROD)},
     "touching": lambda: {"rod": ROD, "pressure": 0.8},
     "flat_fold": lambda: {"rod": ROD, "pressure": 0.8},
     "grown_flap": lambda: {"rod": ROD, "pressure": 0.8},

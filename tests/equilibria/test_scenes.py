@@ -197,6 +197,14 @@ def test_a_reading_that_does_not_cover_scenes_says_so() -> None:
         po.Walk(eq, hold="ratio")
 
 
+def test_what_is_read_along_a_branch_of_a_rod_says_what_a_scene_has_instead() -> None:
+    branch = po.trace(po.Scene(ROD, [po.Weight(0.02)]), points=8)
+    with pytest.raises(po.InvalidInput, match=r"state by state, as energies\(branch\[i\]\)"):
+        po.energies(branch)
+    with pytest.raises(po.InvalidInput, match=r"with_stability\(\) of the branch"):
+        po.stability_changes(branch)
+
+
 def test_the_branch_of_a_scene_has_its_folds() -> None:
     """The least pressure under a weight of 0.02 T0, by shooting; the loading of an edge has its snap."""
     heavy = po.trace(po.Scene(ROD, [po.Weight(0.02)]), points=48)
@@ -243,6 +251,16 @@ def test_a_call_that_takes_a_rod_says_that_it_does_not_take_a_scene(call: Any) -
     scene = po.Scene(ROD, [po.Weight(0.02)])
     with pytest.raises(po.InvalidInput, match="paper's scene"):
         call(scene, 0.5) if call is po.held_length else call(scene)
+
+
+def test_studies_of_the_paper_alone_refuse_a_scene_by_name() -> None:
+    scene = po.Scene(FLAP, [po.Weight(50.0)])
+    target = po.Target("maxwell_length", equal="2 mm")
+    data = [po.Measurements([1.765e-3, 1.8e-3], [67e3, 6e4], pressure_sd=500.0)]
+    with pytest.raises(po.InvalidInput, match="paper's scene only"):
+        po.design(scene, free="bending_stiffness", targets=target)
+    with pytest.raises(po.InvalidInput, match="paper's scene only"):
+        po.calibrate(data, free=("adhesion_range",), rod=scene)
 
 
 def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:

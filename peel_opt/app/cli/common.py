@@ -138,7 +138,7 @@ def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
     if sum(map(bool, ways)) != 1:
         raise InvalidInput(f"give the rod {_WAYS}.")
     if arguments.card is not None:
-        return _of_card(arguments.card)
+        return card_subject(arguments.card)
     if arguments.ratio is not None:
         from ...base.units import NUMBER, parse
         from ...model.rod import Rod
@@ -203,7 +203,7 @@ def _flags(names: set[str]) -> str:
 
 def card_rod(path: str) -> Rod:
     """Return the rod of a problem card that has nothing beside it."""
-    return _without_scene(_of_card(path), path)
+    return _without_scene(card_subject(path), path)
 
 
 def refuse_scene(subject: object, path: str | None) -> None:
@@ -213,7 +213,7 @@ def refuse_scene(subject: object, path: str | None) -> None:
     if isinstance(subject, Scene):
         raise InvalidInput(
             f"card {path!r} has a [scene], which this command does not cover.",
-            remedy="Ask about it with peel-opt run, pressure, length, solve, trace or hysteresis.",
+            remedy="Ask about it with peel-opt run, pressure, length, solve, trace, sweep or hysteresis.",
         )
 
 
@@ -222,7 +222,8 @@ def _without_scene(subject: Rod | Scene, path: str | None) -> Rod:
     return subject  # type: ignore[return-value]
 
 
-def _of_card(path: str) -> Rod | Scene:
+def card_subject(path: str) -> Rod | Scene:
+    """Return the rod of a problem card, or what acts on it besides."""
     from ..cards import load_card
 
     card = load_card(path)

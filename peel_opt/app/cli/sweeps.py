@@ -15,6 +15,7 @@ from .common import (
     AddCommand,
     answer_options,
     card_rod,
+    card_subject,
     chosen,
     complain,
     output_options,
@@ -26,6 +27,7 @@ from .files import Files, named, out_files
 
 if TYPE_CHECKING:
     from ...model.rod import Rod
+    from ...model.scene import Scene
 
 #: Flags that describe the rod and the question: the name in Python, and an example.
 MATERIAL = {"k": "bending_stiffness", "T0": "adhesion_strength", "y0": "adhesion_range"}
@@ -37,6 +39,8 @@ A VALUE is one number, a list "A, B, C", or a range FROM:TO:COUNT, FROM:TO:COUNT
   peel-opt sweep --card problems/aortic_flap.toml --length "1.5:3 mm:40"
   peel-opt sweep --k "23 uN m" --T0 "100:200 kPa:11" --y0 "0.73 mm" --pressure "60 kPa,70 kPa"
   peel-opt sweep --beta0 "2, 4" --lam -0.05:3:50
+A card with a [scene] is swept too, and every number of it may vary:
+  peel-opt sweep --card problems/tape_in_stream.toml --axis "unbonded=0.2:0.8 mm:4" --pressure "20 kPa"
 An interrupted sweep goes on with the same command and --resume.
 exit codes: 0 all answered, 1 some points have no answer, 2 wrong input, 130 interrupted
 """
@@ -68,6 +72,13 @@ def _add_sweep(command: AddCommand) -> None:
     asked.add_argument("--beta0", metavar="VALUE", help="the paper's groups: with --lam or --beta1")
     asked.add_argument("--lam", metavar="VALUE", help="lambda = beta1 - pi^4, such as -0.05:3:50")
     asked.add_argument("--beta1", metavar="VALUE", help="beta1 itself")
+    sub.add_argument(
+        "--axis",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a number of the card's [scene], such as 'unbonded=0.2:0.8 mm:4'; may be repeated",
+    )
     sub.add_argument("--zip", action="store_true", help="take the lists as columns, not all combinations")
     _work_options(sub)
     output_options(sub, "sweep.csv, sweep.npz (sweep-CARD.csv ..), a picture and the journal")
@@ -192,14 +203,14 @@ def _sweep(arguments: argparse.Namespace) -> int:
     from ...studies.sweep.run import sweep
     from ..report import as_json
 
-    axes, rod = _axes(arguments)
+    axes, subject = _axes(arguments)
     stem = named("sweep", arguments)
     files = _files(arguments, stem)
-    asked = {"axes": axes, "rod": rod, "zip": arguments.zip} | chosen(arguments, "law", "state")
+    asked = {"axes": axes, "rod": subject, "zip": arguments.zip} | chosen(arguments, "law", "state")
     files.claim_kinds({"sweep": asked}, stem, "csv npz nc" if arguments.netcdf else "csv npz")
     options = chosen(arguments, "law", "state", "method", "tol", "workers")
     journal = files.folder / f"{stem}.journal" if files else None
-    found = sweep(axes, rod=rod, zipped=arguments.zip, journal=journal, **options)
+    found = sweep(axes, rod=subject, zipped=arguments.zip, journal=journal, **options)
     if arguments.json:
         say(as_json(found.record()))
     else:
@@ -252,12 +263,14 @@ def _draw(plot: Callable[[], Any], path: Path) -> None:
     save_figure(ax.figure, path, dpi=130.0)
 
 
-def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | None]:
-    """Return the axes in the order of the options above, and the rod they start from."""
+def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | Scene | None]:
+    """Return the axes in the order of the options above, and the rod or the scene they start from."""
     from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS
+    from ...model.scene import Scene
     from ...studies.sweep.ranges import parse_range
 
-    rod = None if arguments.card is None else card_rod(arguments.card)
+    subject = None if arguments.card is None else card_subject(arguments.card)
+    rod = subject.rod if isinstance(subject, Scene) else subject
     plain = rod is not None and rod.dimensionless
     kinds = {"k": STIFFNESS, "T0": PRESSURE, "y0": LENGTH, "pressure": PRESSURE, "length": LENGTH}
     # A rod that varies has no units of its own.
@@ -270,9 +283,37 @@ def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | None]:
             signed = flag in ("beta0", "lam") or flag.startswith("pressure")
             shown = "--" + flag.replace("_", "-")
             axes[MATERIAL.get(flag, flag)] = parse_range(shown, text, kind, own=own.get(flag), signed=signed)
+    axes |= _scene_axes(subject, arguments.axis)
     if not axes:
         raise InvalidInput("give a rod and a question, at least one of them with several values.")
-    return axes, rod
+    return axes, subject
+
+
+def _scene_axes(subject: Rod | Scene | None, texts: list[str]) -> dict[str, Any]:
+    """Return the axes that are numbers of a scene."""
+    from ...model.scene import Scene
+    from ...studies.sweep.ranges import parse_range
+    from ..card_tables import own_units
+    from ..scene_table import kind_of
+
+    if not texts:
+        return {}
+    if not isinstance(subject, Scene):
+        raise InvalidInput("--axis names a number of a scene.", remedy="Give a --card that has a [scene].")
+    found: dict[str, Any] = {}
+    for name, equals, value in (text.partition("=") for text in texts):
+        if not equals or (name := name.strip()) not in subject.dimensions:
+            raise InvalidInput(
+                f"--axis {name}{equals}{value} names no number of the scene.",
+                remedy=f"Write NAME=VALUE with one of {', '.join(subject.dimensions) or 'none'}; a number"
+                " that is zero must stand on the card, with any size.",
+            )
+        if name in found:
+            raise InvalidInput(f"--axis {name} is given twice.")
+        dimension, rod = subject.dimensions[name], subject.rod
+        own = own_units(rod, dimension.unit)
+        found[name] = parse_range(f"--axis {name}", value, kind_of(rod, dimension), own=own, signed=True)
+    return found
 
 
 _GIVEN_FLAGS = tuple(f"{name}{ending}" for name in GIVEN for ending in ("", "_ratio"))

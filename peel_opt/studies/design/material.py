@@ -16,7 +16,7 @@ import numpy as np
 from ...base.checks import finite
 from ...base.errors import InvalidInput
 from ...base.units import LENGTH, PRESSURE, STIFFNESS, WORK, Kind, display, parse
-from ...model.rod import MATERIAL, RATIOS, Rod
+from ...model.rod import MATERIAL, RATIOS, Rod, refuse_scene
 
 #: The numbers that may be known or free, and what they measure.
 NUMBERS: dict[str, Kind] = {
@@ -124,6 +124,7 @@ def _bounds(free: Free) -> dict[str, tuple[object, object] | None]:
 
 
 def _known(known: Rod | Mapping[str, object]) -> tuple[dict[str, float], float | None]:
+    refuse_scene(known)
     if isinstance(known, Rod):
         return {name: float(getattr(known, name)) for name in MATERIAL}, None
     if not isinstance(known, Mapping):

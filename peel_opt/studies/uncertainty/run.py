@@ -23,7 +23,7 @@ from ...model.bond import CohesiveLaw
 from ...model.rod import MATERIAL, Rod, Units
 from ...model.scene import Scene
 from ...residual.discretisation import Transcription
-from ..sweep.plan import Options, rod_of, settled
+from ..sweep.plan import Options, settled
 from ..sweep.run import sweep
 from .inputs import Measure, Spread, spread_of
 from .limits_of_many import LIMITS, limits_of
@@ -108,12 +108,11 @@ def uncertainty(
     if not isinstance(rod, Rod | Scene):
         raise InvalidInput(f"rod must be a Rod or a Scene, got {rod!r:.60}.")
     subject, options = settled(rod, Options(law, state, tol, method))
-    rod = rod_of(subject)
     assert isinstance(subject, Rod | Scene)
-    assert rod is not None
-    given = _given(rod, pressure, length)
+    own = subject.rod if isinstance(subject, Scene) else subject
+    given = _given(own, pressure, length)
     wanted = _wanted(of, given, options, () if isinstance(subject, Scene) else LIMITS)
-    nominal, measures = _inputs(subject, rod, given)
+    nominal, measures = _inputs(subject, own, given)
     if not isinstance(spread, Mapping) or not spread:
         raise InvalidInput(
             "nothing is uncertain: give the spread of at least one input.",
@@ -151,7 +150,7 @@ def uncertainty(
             values, status, error = limits_of(name, drawn.points(nominal), tol)
         else:
             values, status, error = _answers(subject, drawn, given, options.keywords() | running)
-        quantities[name] = _propagated(name, rod, centre, inputs, drawn, values, status, error)
+        quantities[name] = _propagated(name, own, centre, inputs, drawn, values, status, error)
     columns = {name: drawn.inputs[: drawn.main, i] for i, name in enumerate(inputs)}
     return Uncertainty(inputs, quantities, columns, {name: str(reason) for name, reason in missing.items()})
 
