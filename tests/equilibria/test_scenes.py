@@ -314,7 +314,7 @@ def test_the_picture_of_a_scene_has_its_wall_and_names_what_acts() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
     on_a_cylinder = po.Scene(rod, wall=po.Circle(-300.0), natural_curvature=-300.0)
     ax = po.solve(on_a_cylinder, free="length", pressure=60e3).plot()
-    lowest = min(line.get_ydata().min() for line in ax.lines)
+    lowest = min(np.min(line.get_ydata()) for line in ax.lines if len(line.get_ydata()))
     assert lowest < -0.1  # the wall falls off; the rod does not pass through it
     assert "not drawn" in " ".join(text.get_text() for text in ax.texts)
     peeled = po.solve(po.Scene(rod, tip=po.TipLoad(angle=1.57)), free="force", length=12e-3)

@@ -91,7 +91,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Measure:
+class InputUnit:
     """What an input measures.
 
     Parameters
@@ -112,19 +112,19 @@ class Measure:
     signed: bool = False
 
     @classmethod
-    def of(cls, name: str, units: Units) -> Measure:
+    def of(cls, name: str, units: Units) -> InputUnit:
         """Return what one of `KINDS` measures, in the units of a rod."""
         return cls(units.of_number(name), si_of(name, units), KINDS[name] if units == SI else NUMBER)
 
     @classmethod
-    def in_scene(cls, dimension: Dimension, rod: Rod) -> Measure:
+    def in_scene(cls, dimension: Dimension, rod: Rod) -> InputUnit:
         """Return what a number of a scene measures."""
         plain = rod.dimensionless and dimension.unit != ANGLE.si
         kind = NUMBER if plain else BY_UNIT[dimension.unit]
         return cls(dimension.unit_of(rod), "" if rod.dimensionless else dimension.unit, kind, signed=True)
 
 
-def spread_of(name: str, given: Any, nominal: float, measure: Measure | None = None) -> Spread:
+def spread_of(name: str, given: Any, nominal: float, measure: InputUnit | None = None) -> Spread:
     """Return the distribution that a caller described in one of the forms above.
 
     Parameters
@@ -134,7 +134,7 @@ def spread_of(name: str, given: Any, nominal: float, measure: Measure | None = N
     given : float, pair of float, str or frozen distribution
     nominal : float
         The value itself [SI].
-    measure : Measure, optional
+    measure : InputUnit, optional
         By default that of one of `KINDS` in SI units.
 
     Raises
@@ -142,7 +142,7 @@ def spread_of(name: str, given: Any, nominal: float, measure: Measure | None = N
     InvalidInput
         If it has none of these forms, or the nominal value cannot come of it.
     """
-    measure = measure or Measure.of(name, SI)
+    measure = measure or InputUnit.of(name, SI)
     unit, plain = measure.unit, finite if measure.signed else positive
     if not isinstance(given, str):
         given = in_si(name, given, measure.si)
@@ -217,7 +217,7 @@ def _ends(name: str, text: str, kind: Kind, signed: bool = False) -> list[float]
     return parse_together(name, text.split("..", maxsplit=1), kind, signed=signed)
 
 
-def _from_text(name: str, text: str, nominal: float, measure: Measure) -> tuple[Any, str]:
+def _from_text(name: str, text: str, nominal: float, measure: InputUnit) -> tuple[Any, str]:
     value, spread = split(text)
     if value and spread:
         raise InvalidInput(

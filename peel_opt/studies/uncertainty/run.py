@@ -25,7 +25,7 @@ from ...model.scene import Scene
 from ...residual.discretisation import Transcription
 from ..sweep.plan import Options, settled
 from ..sweep.run import sweep
-from .inputs import Measure, Spread, spread_of
+from .inputs import InputUnit, Spread, spread_of
 from .limits_of_many import LIMITS, limits_of
 from .result import Propagated, Uncertainty
 from .sample import Sample
@@ -157,14 +157,14 @@ def uncertainty(
 
 def _inputs(
     subject: Rod | Scene, rod: Rod, given: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, Measure]]:
+) -> tuple[dict[str, float], dict[str, InputUnit]]:
     """Return the nominal value of whatever may be uncertain, and what each measures."""
     nominal = {name: getattr(rod, name) for name in MATERIAL} | dict(given)
-    measures = {name: Measure.of(name, Units.of(rod)) for name in nominal}
+    measures = {name: InputUnit.of(name, Units.of(rod)) for name in nominal}
     if isinstance(subject, Scene):
         kinds = subject.dimensions
         nominal |= {name: size * kinds[name].size(rod) for name, size in subject.numbers.items()}
-        measures |= {name: Measure.in_scene(kinds[name], rod) for name in subject.numbers}
+        measures |= {name: InputUnit.in_scene(kinds[name], rod) for name in subject.numbers}
     return nominal, measures
 
 
