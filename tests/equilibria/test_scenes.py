@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.equilibria.scenes import states_of_scene
+from peel_opt.equilibria.scenes import scene_method, states_of_scene
 from peel_opt.model.dimension import TRACTION
 from peel_opt.model.loads import Force, Load
 
@@ -82,7 +82,7 @@ def test_the_papers_scene_is_the_papers_rod() -> None:
 def test_on_its_branch_too_the_papers_scene_has_the_states_of_its_rod(ratio: float, pressure: float) -> None:
     """Beyond the folded states a walk finds rods whose tip touches the plate; the rod knows them as such."""
     rod = po.Rod.from_ratio(ratio)
-    walked = states_of_scene(po.Scene(rod), "pressure", pressure, 1e-8)
+    walked = states_of_scene(po.Scene(rod), "pressure", pressure, 1e-8, scene_method("auto"))
     known = {round(eq.length, 6): eq for eq in po.equilibria(rod, pressure=pressure)}
     assert walked
     for eq in walked:

@@ -139,7 +139,6 @@ def test_a_scene_of_functions_is_known_by_what_they_compute() -> None:
         (lambda: po.sweep({"drag": [0.1], "length": 3.0}, rod=HEAVY), "no axis 'drag'"),
         (lambda: po.sweep({"beta0": [1.0, 2.0], "lam": 0.1}, rod=HEAVY), "and a scene"),
         (lambda: po.sweep(AXES, rod=HEAVY, law="linear"), "own law"),
-        (lambda: po.sweep(AXES, rod=HEAVY, method="shooting"), "spectral form"),
         (lambda: po.sweep(AXES, rod=ROD), "no axis 'weight'"),
         (lambda: po.sweep({"length": [3.0]}, rod=ROD, state="lifted"), "lifted"),
         (

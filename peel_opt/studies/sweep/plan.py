@@ -25,7 +25,7 @@ from ...base.errors import InvalidInput
 from ...base.units import in_si
 from ...equilibria.methods import Method, as_method
 from ...equilibria.question import ASKS, known_law, rod_questions
-from ...equilibria.scenes import SCENE_STATES, plain_law, refuse_options
+from ...equilibria.scenes import SCENE_STATES, plain_law, refuse_options, scene_method
 from ...model.bond import CohesiveLaw
 from ...model.labels import STATES, known_state
 from ...model.law_samples import texts
@@ -266,7 +266,8 @@ def settled(subject: Subject, options: Options) -> tuple[Subject, Options]:
     """
     if not isinstance(subject, Scene):
         return subject, options
-    refuse_options(law=options.law or "auto", method=options.method)
+    refuse_options(law=options.law or "auto")
+    scene_method(options.method)
     return (subject.rod, replace(options, law=plain_law(subject))) if subject.is_plain else (subject, options)
 
 

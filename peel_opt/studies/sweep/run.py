@@ -59,7 +59,7 @@ def sweep(
         Take the axes as the columns of a list of points, instead of all combinations.
     law, state, method, tol
         As for the single call, `pressure_given_length` and its fellows; for all points.  A scene has
-        its own law, and is solved in one way.
+        its own law.
     journal : str or Path, optional
         A file that keeps every finished chunk of some hundred points.  If it exists, what it
         holds is not computed again: after an interruption of any kind, the same call goes on.
