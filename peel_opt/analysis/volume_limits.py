@@ -86,7 +86,7 @@ def volume_limits(branch: Branch) -> tuple[VolumeLimit, ...]:
     --------
     >>> from peel_opt import Rod, trace
     >>> [(limit.kind, round(limit.tip_angle, 2)) for limit in volume_limits(trace(Rod.from_ratio(0.5)))]
-    [('maximum', -2.79), ('minimum', -2.87)]
+    [('maximum', -2.8), ('minimum', -2.88)]
     """
     balance, family = energies(branch), family_along(branch)
     found = []

@@ -91,6 +91,10 @@ EVENTS: list[tuple[str, Monitor]] = [
     ("self-contact", apart),
 ]
 
+#: Of these, what is known on the charts of seeds: where the tip passes y0; no other height does, nor do
+#: such rods meet themselves.
+ON_CHARTS = frozenset({"y=y0", "self-contact"})
+
 #: Steps of a secant to where an inner phase ends.
 SECANTS = 8
 

@@ -19,7 +19,7 @@ from ..continuation.goal import below_zero, left_for_good
 from ..continuation.landing import UNFINISHED, asked_at, points_at, require_met, with_asked
 from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
-from ..continuation.special import EVENTS, locate
+from ..continuation.special import EVENTS, ON_CHARTS, locate
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
@@ -245,6 +245,9 @@ def _finished(
     if walk.family.closure.value > 0.0 or walk.family.closure.kind != "length":
         begins = walk.points[walk.walked_from].arclength
         specials += locate(walk.family, [p for p in points if p.arclength >= begins], EVENTS)
+        others = [event for event in EVENTS if event[0] not in ON_CHARTS]
+        if others:
+            specials += locate(walk.family, [p for p in points if p.arclength <= begins], others)
     points, specials, met = with_asked(walk.family, points, specials, asked)
     sign = -1 if walk.side < 0 else 1
     return WalkedSide(walk.family, points, specials, walk.state_at, ended, sign), met

@@ -163,6 +163,7 @@ def test_a_load_that_is_largest_at_the_tip_ends_the_branch_early() -> None:
     assert off[1] < 0.012
 
 
+@pytest.mark.slow
 def test_a_branch_that_turns_sharply_beside_its_rest_has_the_folds_it_has() -> None:
     """No fold in pressure where the tangent of the small states turns by more than a right angle."""
     scene = po.Scene(ROD, [po.Pressure(po.profiles.linear(-1e-5))])
@@ -181,6 +182,7 @@ def test_a_branch_that_turns_sharply_beside_its_rest_has_the_folds_it_has() -> N
         {"loads": [po.Pressure(po.profiles.exponential(1e4))]},
     ],
 )
+@pytest.mark.slow
 def test_other_imperfections_shift_the_branch_by_as_much(parts: Any) -> None:
     """lambda(sbar) - f(alpha1(sbar)) + h/alpha1 = 0 at one pressure, f' the slope: a shift of sbar."""
     scene = po.Scene(ROD, **parts)

@@ -88,6 +88,7 @@ def test_a_straight_rod_brings_the_energy_that_its_wall_bent_it_to() -> None:
     assert po.energies(eq).glued == pytest.approx(0.5 * 0.1**2 * eq.length)
 
 
+@pytest.mark.slow
 def test_a_rod_that_stretches_counts_its_strain() -> None:
     """Along states without a pressure d(total)/d(force) is how far the tip has gone along it."""
     tip = po.TipLoad(force=1.0, angle=1.2)

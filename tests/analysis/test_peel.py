@@ -70,6 +70,7 @@ def test_what_cannot_be_meant_is_said(call: Any, words: str) -> None:
 
 
 @pytest.mark.parametrize(("angle", "arm"), [(90.0, 0.0), (150.0, 0.1e-3)])
+@pytest.mark.slow
 def test_the_peak_is_a_state_and_its_neighbours_need_less(angle: float, arm: float) -> None:
     peak = po.initiation_force(TAPE, f"{angle} deg", arm)
     scene = po.Scene(TAPE, tip=po.TipLoad(angle=math.radians(angle)), unbonded=arm)

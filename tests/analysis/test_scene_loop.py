@@ -51,6 +51,7 @@ def test_the_area_is_what_the_lengths_enclose() -> None:
     assert loop.area == pytest.approx(area, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_heavy_rod_peels_where_it_is_lifted_off_and_its_weight_leads_to_the_plain_loop() -> None:
     loop = looped(po.Scene(ROD, [po.Weight(0.05)]))
     assert loop.jumps[0].pressure == pytest.approx(1.05, abs=1e-8)

@@ -91,6 +91,7 @@ def capillary(rod: po.Rod = FLAP, line_energy: float = 0.01 * T0 * ETA, zeta: fl
     ],
     ids=["rod", "loads", "pressure", "circle", "blister", "front"],
 )
+@pytest.mark.slow
 def test_derivatives_are_those_of_answers(
     make: Callable[..., po.Scene], free: str, given: dict[str, float], names: tuple[str, ...]
 ) -> None:

@@ -187,6 +187,7 @@ def folds(scene: po.Scene) -> tuple[SceneFamily, list[Located]]:
         pytest.param(po.Blister(ROD, slack=0.1), id="a strip with slack"),
     ],
 )
+@pytest.mark.slow
 def test_a_motion_without_a_force_exists_where_the_pressure_turns_round(scene: po.Scene) -> None:
     """At a fold of the nonlinear problem, to which the motions are linearised, one of them is neutral."""
     _, found = folds(scene)
@@ -196,6 +197,7 @@ def test_a_motion_without_a_force_exists_where_the_pressure_turns_round(scene: p
         assert abs(spectrum.lowest[1]) > 1.0
 
 
+@pytest.mark.slow
 def test_what_is_lifted_is_stable_up_to_its_snap_and_not_beyond() -> None:
     whole = po.trace(po.Scene(ROD, unbonded=1.0), points=12)
     snap, least = whole.special("LP-pressure")

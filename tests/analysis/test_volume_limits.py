@@ -19,6 +19,7 @@ def branch(ratio: float, points: int = 140) -> po.Branch:
 
 
 @pytest.mark.parametrize(("ratio", "energy", "swept"), SWEPT)
+@pytest.mark.slow
 def test_the_swept_area_is_that_of_another_code(ratio: float, energy: float, swept: float) -> None:
     balance = po.energies(branch(ratio))
     stored, least = balance.bending + balance.separation, int(np.argmin(balance.pressure_ratio))
@@ -51,10 +52,12 @@ def test_a_pump_meets_two_limit_points_near_one_half(ratio: float) -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.8])
+@pytest.mark.slow
 def test_other_rods_are_carried_through(ratio: float) -> None:
     assert po.volume_limits(branch(ratio, 60)) == ()
 
 
+@pytest.mark.slow
 def test_a_turn_that_a_grid_passes_over_is_found() -> None:
     walked = branch(0.7)
     first, second = po.volume_limits(walked)
@@ -64,6 +67,7 @@ def test_a_turn_that_a_grid_passes_over_is_found() -> None:
     assert indices == [0, 1, 0]
 
 
+@pytest.mark.slow
 def test_limits_are_in_the_units_of_the_rod() -> None:
     unit = po.volume_limits(branch(0.5, 60))[0]
     rod = po.Rod(2e-5, 1.4e5, 2.0 * (2e-5 / 1.4e5) ** (1 / 3))

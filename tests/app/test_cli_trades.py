@@ -163,6 +163,7 @@ def test_a_flaw_is_answered_in_a_sentence(call: Call) -> None:
     assert "below p_min = 25.942398 kPa every lifted edge closes" in out
 
 
+@pytest.mark.slow
 def test_a_chart_of_flaws_is_written_and_that_of_another_rod_stays(call: Call, tmp_path: Path) -> None:
     card = PROBLEMS / "aortic_flap.toml"
     code, out, _ = call("flaw", "--flaw", "0.3 mm", "--card", card, "--out", tmp_path)

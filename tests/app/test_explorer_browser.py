@@ -456,6 +456,7 @@ def test_the_page_fits_from_a_phone_to_a_projector(
     assert not complaints(browser)
 
 
+@pytest.mark.slow
 def test_panels_follow_the_window(browser: Any, server_url: str, window: Callable[[int, int], None]) -> None:
     window(1280, 800)
     open_page(browser, server_url)

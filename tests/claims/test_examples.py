@@ -186,6 +186,7 @@ def test_flaw_charts(tmp_path: Path) -> None:
     assert len(found["aircraft_tape"]) == 1  # an edge of 1 eta grows stably there
 
 
+@pytest.mark.slow
 def test_scene_pictures(tmp_path: Path) -> None:
     found = load("scene_pictures").main(tmp_path, ("peel", "friction"))
     assert {path.name for path in tmp_path.iterdir()} == {"scene_peel.png", "scene_friction.png"}
@@ -231,6 +232,7 @@ def test_snap() -> None:
     assert beam.growth_rate == pytest.approx(peel_opt.growth_rate(unfolded, drag=1.3e5), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_load_unload_reload() -> None:
     found = load("load_unload_reload").main()
     assert found["stops at"] == pytest.approx(5.25, abs=0.02)

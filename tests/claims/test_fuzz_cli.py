@@ -60,6 +60,14 @@ QUANTITY = of("readhesion_pressure", "maxwell_length", "length", "pressure", bad
 RATIOS = of("0.5,1", "1:2.5:2:log", "2.5", bad="2:1:2|1:2:0|,|1:2:3:4|1e-300,1|0,1|1:2:99999999")
 SHARES = of("0.8,0.5", "0.5:0.9:3", "0.65", bad="2:1:2|1:2:0|,|1:2:3:4|1e-300,1|nan:1:2|0:1:3:log")
 SPREAD = of("+- 5 %", "+- 2 % lognormal", "+- 3 % uniform", bad="+- 500 %|+- x|.. ..|1 mm .. 2 m|+- -5 %")
+FLAW = of("1", "0.5 eta", bad="0|-1|nan|1e300|1 kPa|x")
+PULL = of("6 N/25 mm", "240 N/m", bad="6 N|0 N/m|-1 N/m|nan N/m|x")
+ANGLE = of("90 deg", "3.1 rad", bad="0 deg|-90 deg|nan deg|1 mm|x")
+WORK = of("100 J/m^2", "5 mJ/cm^2", bad="0 J/m^2|-1 J/m^2|100|x")
+UNITS = of("mmHg,mm", "um", bad="|x|kg|mm,m")
+FREE = of("force", "length", bad="weight|x|")
+PEEL_TEST = of(str(PROBLEMS / "peel_test.toml"), bad="nowhere.toml||/|a\0b|-|.")
+NO_CARD = of("nowhere.toml", bad="|/|a\0b|-|.")
 FIGURE = Option(st.sampled_from(["0", "11", "p-max", "4.", "x", "7 ", "é"]))
 
 MATERIAL = {"--k": STIFFNESS, "--T0": STRENGTH, "--y0": RANGE}
@@ -100,6 +108,13 @@ COMMANDS: dict[str, dict[str, Option]] = {
     | {"--card": of(str(PROBLEMS / "office_tape.toml"), bad="nowhere.toml|"), "--law": LAW, "--state": STATE}
     | {"--tol": TOL, "--json": FLAG},
     "calibrate": {"": MEASURED, "--json": FLAG},
+    "flaw": {"--pressure": PRESSURE, "--flaw": FLAW, "--law": LAW, "--units": UNITS, "--json": FLAG} | ROD,
+    "peel": {"--pull": PULL, "--angle": ANGLE, "--units": UNITS, "--json": FLAG, "--work": WORK},
+    "solve": {"--free": FREE, "--pressure": PRESSURE, "--length": LENGTH, "--tol": TOL, "--json": FLAG}
+    | {"--card": PEEL_TEST},
+    # A motion takes seconds: here its card is never one that can be followed.
+    "snap": {"": NO_CARD, "--pressure": PRESSURE, "--flaw": FLAW, "--json": FLAG},
+    "history": {"": NO_CARD, "--json": FLAG},
     "explore": {"": PROBLEM, "--port": POINTS, "--no-browser": FLAG},
     "figures": {"": FIGURE, "--points": POINTS},
 }
@@ -117,12 +132,17 @@ NEEDED: dict[str, list[list[str]]] = {
     "sweep": [["--workers", *about] for about in (["--ratio", "--pressure-ratio"], _GROUPS)],
     "uncertainty": [["--T0", "--pressure"], ["--T0"], ["--k", "--y0", "--length"]],
     "calibrate": [[""]],
+    "flaw": [["--flaw", *rod] for rod in (_RATIO, _CARD)] + [["--pressure", *_RATIO]],
+    "peel": [["--pull", "--angle"], ["--work", "--angle"]],
+    "solve": [["--free", "--length", "--card"]],
+    "snap": [[""]],
+    "history": [[""]],
     "explore": [[], [""]],
     "figures": [[]],
 }
 
 #: How many times fewer inputs a command gets whose answers take long.
-COSTLY = {"calibrate": 12}
+COSTLY = {"calibrate": 12, "flaw": 8, "solve": 8}
 
 #: What keeps a command short, given always.
 ALWAYS = {

@@ -106,6 +106,7 @@ def test_a_strip_that_cannot_lift_is_refused(given: dict[str, Any], words: str) 
     ],
     ids=["slack", "stretch", "contact"],
 )
+@pytest.mark.slow
 def test_strips_and_tips_that_rest_are_traced(scene: po.Scene) -> None:
     branch = po.trace(scene, points=12)
     assert branch.error.max() < 1e-10
@@ -178,6 +179,7 @@ def test_a_straight_strip_in_an_artery_rests_on_its_tip() -> None:
     assert eq.numbers["reaction"] == pytest.approx(over.numbers["reaction"] * unit, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_curl_of_a_tip_is_found_from_its_length() -> None:
     scene = po.Scene(ROD, tip=po.Contact(), natural_curvature=-0.1)
     found = po.solve(scene, free="natural_curvature", pressure=0.0, length=0.8950880223457239)

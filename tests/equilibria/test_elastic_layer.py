@@ -74,6 +74,7 @@ def test_a_known_state_on_a_layer_is_met(state: dict[str, Any]) -> None:
     assert eq.valid
 
 
+@pytest.mark.slow
 def test_the_identity_has_the_elastic_stretch() -> None:
     """p (y_tip - T0/K) = Phi(y_tip) and what other loads put in; an integration from the tip agrees."""
     loads = [po.Weight(0.05, 0.3), po.SkinFriction(traction=0.04), po.Pressure(dead=0.3)]

@@ -109,7 +109,9 @@ def _drawing(arguments: argparse.Namespace) -> Iterator[None]:
         if getattr(arguments, "out", None) and not getattr(arguments, "no_plot", False):
             import matplotlib as mpl
 
-            with mpl.rc_context({} if shutil.which("latex") else {"text.usetex": False}):
+            from ...plots.axes import apart_from_pyplot
+
+            with apart_from_pyplot(), mpl.rc_context({} if shutil.which("latex") else {"text.usetex": False}):
                 yield
         else:
             yield
