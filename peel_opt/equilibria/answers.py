@@ -276,8 +276,9 @@ def answers(
 
 def _numbers(name: str, value: Any, unit: str = "") -> np.ndarray:
     """Return what was given as an array of numbers, or say what it is instead."""
-    plain = np.asarray(in_si(name, value, unit))
+    bare = in_si(name, value, unit)
     try:
+        plain = np.asarray(bare)
         if plain.dtype.kind == "O" and all(isinstance(number, Real | Decimal) for number in plain.flat):
             plain = plain.astype(float)
         if plain.dtype.kind not in "fiu":

@@ -113,15 +113,13 @@ def test_each_number_of_a_scene_may_be_replaced(scene: po.Scene, numbers: dict[s
 @pytest.mark.parametrize(
     "study",
     [
-        lambda scene: po.sweep({"pressure_ratio": [0.5, 0.8]}, rod=scene),
-        lambda scene: po.uncertainty(scene, {"adhesion_strength": "5 %"}, pressure=0.5),
         lambda scene: po.calibrate(
             po.Measurements(pressure=[0.5, 0.6], length=[3.0, 3.1], pressure_sd=0.01),
             free=["adhesion_range"],
             rod=scene,
         ),
     ],
-    ids=["sweep", "uncertainty", "calibrate"],
+    ids=["calibrate"],
 )
 def test_a_study_of_rods_says_that_it_takes_no_scene(study: Any) -> None:
     with pytest.raises(po.InvalidInput, match="takes a rod, and not a scene"):

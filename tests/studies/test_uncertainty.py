@@ -289,7 +289,7 @@ def test_forms_of_a_spread(given: Any, mean: float, sd: float, words: str) -> No
             True,
             None,
         ),
-        *((2.0, 1.0), (1.0,), (10.0, 19.0), ("10 m", "22 m"), stats.cauchy(), stats.norm([1.0, 2.0])),
+        *((2.0, 1.0), (1.0,), (10.0, 19.0), ("10 Pa", "22 Pa"), stats.cauchy(), stats.norm([1.0, 2.0])),
         *(stats.norm(1.0, 0.1), stats.multivariate_normal([0.0, 0.0])),
     ],
 )
