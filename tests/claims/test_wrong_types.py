@@ -113,8 +113,11 @@ WRONG = [None, "x", -1, 0, float("nan"), [1], {}, object(), 1j, True, (1, 2, 3),
 #: What is not checked: callables of the caller's, whose own errors are the caller's too.
 OWN = {("tradeoff", "problem"), ("tradeoff", "clock"), ("sweep", "progress"), ("uncertainty", "progress")}
 
+#: Every call; a motion takes a second, and is asked for dozens of times.
+EVERY = [pytest.param(name, marks=[pytest.mark.slow] if name == "snap" else []) for name in GOOD]
 
-@pytest.mark.parametrize("name", GOOD)
+
+@pytest.mark.parametrize("name", EVERY)
 def test_arguments_of_the_wrong_kind_raise_typed_errors(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -138,7 +141,7 @@ def test_arguments_of_the_wrong_kind_raise_typed_errors(
 KINDS = [Fraction, lambda x: Decimal(repr(x)), np.float64, np.array]
 
 
-@pytest.mark.parametrize("name", GOOD)
+@pytest.mark.parametrize("name", EVERY)
 def test_any_kind_of_number_is_taken_where_a_number_is(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -119,12 +119,14 @@ def test_a_layer_that_is_pulled_beyond_its_strength_ahead_says_so() -> None:
     assert weak.numbers["pull_ahead"] == pytest.approx(0.028 * lam * -weak.Ny[-1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_least_pressure_is_found_on_a_layer_too() -> None:
     """Law (8) has 0.121837041296; the tip hardly sees a stiff layer."""
     (least,) = po.trace(po.Scene(ROD, law=po.ElasticLayer(1e4)), points=40).special("LP-pressure")
     assert least.pressure_ratio == pytest.approx(0.121837041296, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_layer_keeps_its_units() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
     T0, eta = rod.adhesion_strength, rod.eta

@@ -84,6 +84,7 @@ def test_legend_and_title_are_as_wished(eq: po.Equilibrium) -> None:
     assert eq.plot().get_legend() is not None
 
 
+@pytest.mark.slow
 def test_axes_are_logarithmic_where_a_branch_spans_decades(branch_of: Callable[..., po.Branch]) -> None:
     slender = branch_of(500.0)  # over two decades of lengths, and five of pressures
     ax = slender.plot()

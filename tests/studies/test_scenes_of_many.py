@@ -101,6 +101,7 @@ def test_what_a_scene_cannot_be_costs_its_own_point_only() -> None:
     assert found["pressure"][1] == held.pressure
 
 
+@pytest.mark.slow
 def test_the_ratio_and_the_material_of_a_scene_vary_too() -> None:
     scene = po.Scene(ROD, [po.SkinFriction(traction=0.1)])
     found = po.sweep({"ratio": [0.8, 1.2], "pressure_ratio": 0.7}, rod=scene, workers=1)
@@ -184,6 +185,7 @@ def test_uncertainty_of_a_number_of_a_scene_is_that_of_its_samples() -> None:
     assert found.failed == 0.0
 
 
+@pytest.mark.slow
 def test_samples_without_an_answer_are_counted() -> None:
     """Beyond the snap of its edge a flap has no lifted state, and the question no answer of its kind."""
     scene = po.Scene(ROD, unbonded=1.0)
