@@ -7,8 +7,9 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo, model_validator
 
+from ..base.checks import parse
 from ..base.errors import InvalidInput
-from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, parse
+from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind
 from ..model.rod import Rod, plate_stiffness
 
 

@@ -6,8 +6,9 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
+from ..base.checks import parse
 from ..base.errors import InvalidInput
-from ..base.units import LENGTH, NUMBER, PRESSURE, TIME, parse
+from ..base.units import LENGTH, NUMBER, PRESSURE, TIME
 from ..model.rod import Rod
 from .card_tables import CardTable, own_units
 

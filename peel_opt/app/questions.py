@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, model_validator
 
 from ..analysis.unbonded import FlawLimit, critical_flaw, safe_pressure
+from ..base.checks import parse
 from ..base.errors import InvalidInput, OutOfRange, PeelOptError
-from ..base.units import KINDS, NUMBER, parse, unit_in
+from ..base.units import KINDS, NUMBER, unit_in
 from ..equilibria.ask import ask_rod, equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
 from ..equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure

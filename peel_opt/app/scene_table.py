@@ -12,8 +12,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, model_validator
 
+from ..base.checks import parse
 from ..base.errors import InvalidInput
-from ..base.units import ANGLE, KINDS, NUMBER, Kind, parse
+from ..base.units import ANGLE, KINDS, NUMBER, Kind
 from ..model import profiles
 from ..model.blister import Blister
 from ..model.bond import COHESIVE, CohesiveLaw

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from numbers import Integral
+from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
-from .bare_numbers import bare_number
 from .errors import InvalidInput, OutOfRange
-from .units import in_si
+from .units import Kind, in_si, read_text
 
 #: Beyond these, powers of beta0 soon are no numbers any more, and no rod is there.
 BETA0 = (1e-12, 1e12)
@@ -82,5 +82,65 @@ def _shortened(number: int) -> str:
     return f"{number}" if abs(number) < 10**20 else "a number of more than 20 digits"
 
 
-def _checked(name: str, value: object, unit: str, *, minimum: float, strict: bool) -> float:
-    return bare_number(name, in_si(name, value, unit), unit, minimum=minimum, strict=strict)
+def parse(
+    name: str,
+    value: object,
+    kind: Kind,
+    *,
+    own: Mapping[str, float] | None = None,
+    signed: bool = False,
+) -> float:
+    """Return a quantity in SI units.
+
+    Parameters
+    ----------
+    name : str
+        The field, named in every message.
+    value : str or float
+        Text with a number and a unit, or a number, which is one in SI units.
+    kind : Kind
+        What it must measure.
+    own : mapping, optional
+        Further units and their SI values, such as a rod's ``{"y0": 7.3e-4}``.
+    signed : bool
+        Whether zero and negative values are accepted.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no number, has no or another unit, or is not finite and positive.
+
+    Examples
+    --------
+    >>> from peel_opt.base.units import PRESSURE
+    >>> parse("adhesion_strength", "140 kPa", PRESSURE)
+    140000.0
+    """
+    number = read_text(name, value, kind, own or {}) if isinstance(value, str) else value
+    least = -math.inf if signed else 0.0
+    return _checked(name, number, kind.si, minimum=least, strict=True)
+
+
+def _checked(name: str, value: Any, unit: str, *, minimum: float, strict: bool) -> float:
+    if type(value) is not float:
+        value = in_si(name, value, unit)
+    label = f"{name} [{unit}]" if unit else name
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
+        value = value.item()  # the one number of an array without axes
+    if isinstance(value, bool) or not isinstance(value, Real | Decimal):
+        raise InvalidInput(
+            f"{label} must be a number, got {value!r}.",
+            remedy="One with a unit may be a text such as '1.9 mm', or a quantity of pint." if unit else "",
+        )
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    except ValueError:  # a signalling NaN
+        number = math.nan
+    if not math.isfinite(number):
+        raise InvalidInput(f"{label} must be finite, got {number}.")
+    if number < minimum or (strict and number == minimum):
+        wanted = "positive" if strict else "zero or positive"
+        raise InvalidInput(f"{label} must be {wanted}, got {number:g}.")
+    return number

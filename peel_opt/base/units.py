@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from .bare_numbers import bare_number
 from .errors import InvalidInput
 
 
@@ -124,7 +123,7 @@ def in_si(name: str, value: Any, unit: str = "") -> Any:
         bare = [in_si(name, item, unit) for item in value]
         return value if all(a is b for a, b in zip(bare, value, strict=True)) else bare
     if isinstance(value, str):
-        return _from_text(name, value, KINDS[unit], {}) if unit else value
+        return read_text(name, value, KINDS[unit], {}) if unit else value
     if unit and getattr(value, "dtype", None) is not None and value.dtype.kind in "UO":
         items = [in_si(name, item, unit) for item in np.ravel(value)]
         return np.reshape(np.array(items), np.shape(value))
@@ -143,48 +142,7 @@ def in_si(name: str, value: Any, unit: str = "") -> Any:
     )
 
 
-def parse(
-    name: str,
-    value: object,
-    kind: Kind,
-    *,
-    own: Mapping[str, float] | None = None,
-    signed: bool = False,
-) -> float:
-    """Return a quantity in SI units.
-
-    Parameters
-    ----------
-    name : str
-        The field, named in every message.
-    value : str or float
-        Text with a number and a unit, or a number, which is one in SI units.
-    kind : Kind
-        What it must measure.
-    own : mapping, optional
-        Further units and their SI values, such as a rod's ``{"y0": 7.3e-4}``.
-    signed : bool
-        Whether zero and negative values are accepted.
-
-    Raises
-    ------
-    InvalidInput
-        If it is no number, has no or another unit, or is not finite and positive.
-
-    Examples
-    --------
-    >>> parse("adhesion_strength", "140 kPa", PRESSURE)
-    140000.0
-    """
-    if isinstance(value, str):
-        number = _from_text(name, value, kind, own or {})
-    else:
-        number = in_si(name, value, kind.si)
-    least = -math.inf if signed else 0.0
-    return bare_number(name, number, kind.si, minimum=least, strict=True)
-
-
-def _from_text(name: str, value: str, kind: Kind, own: Mapping[str, float]) -> float:
+def read_text(name: str, value: str, kind: Kind, own: Mapping[str, float]) -> float:
     """Return the number and unit of a text in SI units, finite or not."""
     text = value.strip().translate(_SIGNS)
     match = _QUANTITY.fullmatch(text)
@@ -262,7 +220,7 @@ def shown_units(name: str, text: str) -> ShownUnits:
         refused: list[InvalidInput] = []
         for si in filter(None, KINDS):
             try:
-                found[si] = unit, parse(name, f"1 {unit}", KINDS[si])
+                found[si] = unit, read_text(name, f"1 {unit}", KINDS[si], {})
             except InvalidInput as error:
                 refused.append(error)
         if len(refused) == len(KINDS) - 1:

@@ -5,8 +5,9 @@ import math
 
 import pytest
 
+from peel_opt.base.checks import parse
 from peel_opt.base.errors import InvalidInput
-from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
+from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display
 
 OWN = {"y0": 7e-4, "eta": 5e-4}
 

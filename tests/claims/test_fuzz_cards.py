@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from peel_opt.app.any_card import load_any
 from peel_opt.app.calibration_cards import CalibrationCard, load_calibration
 from peel_opt.app.cards import load_card
+from peel_opt.base.checks import parse
 from peel_opt.base.errors import CardError, InvalidInput, PeelOptError
-from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display, parse
+from peel_opt.base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, display
 from peel_opt.studies.calibrate.read import read_measurements, read_shape
 from peel_opt.studies.sweep.ranges import parse_range
 from peel_opt.studies.uncertainty.inputs import middle, split

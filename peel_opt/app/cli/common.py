@@ -140,7 +140,8 @@ def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
     if arguments.card is not None:
         return card_subject(arguments.card)
     if arguments.ratio is not None:
-        from ...base.units import NUMBER, parse
+        from ...base.checks import parse
+        from ...base.units import NUMBER
         from ...model.rod import Rod
 
         return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
@@ -164,7 +165,8 @@ def material_of(arguments: argparse.Namespace) -> dict[str, str]:
 
 def _of_material(given: dict[str, str]) -> Rod:
     """Return the rod that its material makes: a stiffness or a sheet, and two of T0, y0 and the work."""
-    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, parse
+    from ...base.checks import parse
+    from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK
     from ..card_tables import RodTable
 
     stiffness = given.keys() & {"k", "E", "thickness", "nu"}

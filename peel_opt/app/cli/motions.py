@@ -85,7 +85,8 @@ def _history(arguments: argparse.Namespace) -> int:
 
 def _options(arguments: argparse.Namespace, subject: Any) -> dict[str, Any]:
     """Return what was asked, in the units of the rod; what the options do not say, the card may."""
-    from ...base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, TIME, parse
+    from ...base.checks import parse
+    from ...base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, TIME
     from ..card_tables import own_units
     from ..cards import load_card
 

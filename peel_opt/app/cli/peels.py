@@ -45,7 +45,8 @@ def add_commands(command: AddCommand) -> None:
 def _peel(arguments: argparse.Namespace) -> int:
     """Take a force to a work or a work to a force; for a rod, say where its peel begins."""
     from ...analysis.peel import energy_release_rate, peel_force
-    from ...base.units import ANGLE, LINE_FORCE, WORK, parse
+    from ...base.checks import parse
+    from ...base.units import ANGLE, LINE_FORCE, WORK
     from ..peel_report import peel_record, peel_table
     from ..report import as_json
 
@@ -72,7 +73,8 @@ def _peel(arguments: argparse.Namespace) -> int:
 def _begin(arguments: argparse.Namespace, phi: float) -> int:
     """Say how a rod peels on a long arm, and where it begins."""
     from ...analysis.peel import initiation_force, peel_force
-    from ...base.units import LENGTH, NUMBER, parse
+    from ...base.checks import parse
+    from ...base.units import LENGTH, NUMBER
     from ...equilibria.scenes import solve
     from ...model.scene import Scene
     from ...model.tips import TipLoad

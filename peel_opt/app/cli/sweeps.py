@@ -152,7 +152,8 @@ def _uncertainty(arguments: argparse.Namespace) -> int:
 
 def _uncertain(arguments: argparse.Namespace) -> tuple[Rod, dict[str, float], dict[str, str]]:
     """Return the nominal rod, what is given, and the spreads as texts."""
-    from ...base.units import NUMBER, parse
+    from ...base.checks import parse
+    from ...base.units import NUMBER
     from ...model.rod import Rod
     from ...studies.uncertainty.inputs import KINDS, middle, split
 

@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 from urllib.parse import parse_qs, urlencode
 
+from ...base.checks import parse
 from ...base.errors import InvalidInput, OutOfRange
-from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, parse, told_apart
+from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, display, told_apart
 from ...equilibria.question import ASKS, Asks, Question
 from ...model.groups import PI4
 from ...model.labels import STATES

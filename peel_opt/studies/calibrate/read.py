@@ -28,9 +28,10 @@ from typing import Any
 
 import numpy as np
 
+from ...base.checks import parse
 from ...base.errors import InvalidInput
 from ...base.files import as_path, read_file
-from ...base.units import LENGTH, PRESSURE, Kind, parse
+from ...base.units import LENGTH, PRESSURE, Kind
 from ...model.labels import OBSERVABLE, known_state
 from .data import MeasuredShape, Measurements
 

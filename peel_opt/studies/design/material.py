@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...base.checks import finite
+from ...base.checks import finite, parse
 from ...base.errors import InvalidInput
-from ...base.units import LENGTH, PRESSURE, STIFFNESS, WORK, Kind, display, parse
+from ...base.units import LENGTH, PRESSURE, STIFFNESS, WORK, Kind, display
 from ...model.rod import MATERIAL, RATIOS, Rod, refuse_scene
 
 #: The numbers that may be known or free, and what they measure.

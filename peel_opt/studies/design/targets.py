@@ -11,8 +11,9 @@ from ...analysis.design_relations import maxwell_exponent, maxwell_length, maxwe
 from ...analysis.flaws import readhesion_pressure
 from ...analysis.maxwell_derivative import maxwell_gradient
 from ...analysis.sensitivities import sensitivities
+from ...base.checks import parse
 from ...base.errors import InvalidInput, NoEquilibrium
-from ...base.units import LENGTH, PRESSURE, Kind, display, parse
+from ...base.units import LENGTH, PRESSURE, Kind, display
 from ...equilibria.ask import ask_rod
 from ...equilibria.question import ASKS
 from ...equilibria.result import Equilibrium

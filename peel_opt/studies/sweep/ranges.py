@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...base.checks import whole
+from ...base.checks import parse, whole
 from ...base.errors import InvalidInput
-from ...base.units import Kind, parse
+from ...base.units import Kind
 from .plan import MOST_POINTS
 
 FORM = "Ranges are FROM:TO:COUNT or FROM:TO:COUNT:log, lists A, B, C; with units as in '20 kPa:100 kPa:9'."

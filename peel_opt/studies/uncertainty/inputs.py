@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from ...base.checks import finite, positive
+from ...base.checks import finite, parse, positive
 from ...base.errors import InvalidInput
-from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si, parse
+from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si
 from ...base.units import KINDS as BY_UNIT
 from ...model.dimension import Dimension
 from ...model.rod import Rod, Units
