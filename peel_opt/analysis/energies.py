@@ -31,7 +31,6 @@ from ..continuation.points import Point
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import discretised, law_of, transcription_of, walked
 from ..equilibria.result import Equilibrium
-from ..equilibria.scene_trace import SceneTrace
 from ..model.bond import CohesiveLaw
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
@@ -157,7 +156,7 @@ def energies(subject: Branch | Equilibrium) -> Energies | EnergyTerms:
 
 @one_thread
 def _along(branch: Branch) -> Energies:
-    if isinstance(branch, SceneTrace):
+    if isinstance(branch, Branch) and branch.scene is not None:
         raise InvalidInput(
             "energies are integrated along the branch of a rod, and this is that of a scene.",
             remedy="Take them state by state, as energies(branch[i]).",

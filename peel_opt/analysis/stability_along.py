@@ -12,7 +12,6 @@ from ..continuation.family import Family
 from ..continuation.points import Point
 from ..equilibria.branch import Branch, require_branch
 from ..equilibria.branch_points import law_of, transcription_of, walked
-from ..equilibria.scene_trace import SceneTrace
 from ..residual.closures import Closure
 from ..residual.motions import Spectrum
 from .stability import Stability
@@ -81,7 +80,7 @@ def stability_changes(branch: Branch) -> tuple[StabilityChange, ...]:
     The kind of a marginal state, such as the end of a branch at contact, is not known; its
     neighbours decide.  Two changes between neighbouring points that cancel are not seen.
     """
-    if isinstance(branch, SceneTrace):
+    if isinstance(branch, Branch) and branch.scene is not None:
         raise InvalidInput(
             "stability changes are located along the branch of a rod, and this is that of a scene.",
             remedy="with_stability() of the branch has the stability at each of its points.",

@@ -27,7 +27,7 @@ from ..continuation.scene_family import SceneFamily, entered_branch
 from ..model.loads import Pressure
 from ..model.place import Place
 from ..model.scene import Scene
-from ..model.tips import FREE, TipLoad
+from ..model.tips import FREE, Free, TipLoad
 from ..residual.closures import Closure
 from ..residual.meshes import SCENES
 from ..residual.scene_spectral import SceneSpectral
@@ -150,8 +150,8 @@ def _perfect(scene: Scene) -> Scene:
     if not Pressure(pressure.profile, pressure.dead).keeps_flat or pressure.until is not None:
         pressure = Pressure(dead=pressure.dead)
     loads = [pressure, *(load for load in scene.loads if not isinstance(load, Pressure))]
-    tip = scene.tip if scene.tip.angle == 0.0 and scene.tip is not FREE else FREE
-    tip = replace(tip, moment=0.0) if tip is not FREE else tip
+    in_line = scene.tip.angle == 0.0 and not isinstance(scene.tip, Free)
+    tip = replace(scene.tip, moment=0.0) if in_line else FREE
     return replace(scene, loads=loads, tip=tip, natural_curvature=0.0, unbonded=0.0)
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from ..base.units import display
 from ..equilibria.branch import Branch
-from ..equilibria.scene_trace import SceneTrace
 from ..model.labels import special_kind
 from ..model.rod import Rod, Units
+from ..model.scene import Scene
 from .report import aligned, describe_rod, slug
 from .scene_report import describe_scene
 
@@ -21,7 +21,7 @@ def special_table(branch: Branch) -> str:
     rod = branch.rod
     held = f"{branch.hold} = {branch.held:.10g}" if rod is None else describe_rod(rod)
     lines = [f"branch of {len(branch)} points, {branch.law} law, {held}"]
-    if isinstance(branch, SceneTrace) and branch.scene is not None:
+    if isinstance(branch.scene, Scene):
         lines.append(f"scene: {describe_scene(branch.scene)}")
     lines.append("")
     rows = [["kind", "what", *_titles(branch), "status"]]

@@ -20,13 +20,14 @@ from ..model.labels import SPECIAL_KINDS
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
 from .branch_files import branch_arrays, branch_head, branch_parts, branch_table, special_rows
-from .branch_parts import COLUMNS, Solutions, SpecialPoint, Trivial
+from .branch_parts import COLUMNS, OPTIONAL, Solutions, SpecialPoint, Trivial
 from .branch_points import discretised, equilibrium_at, under_law
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..model.bond import CohesiveLaw
+    from ..model.scene import Scene
     from ..residual.discretisation import Discretisation
 
 
@@ -75,6 +76,11 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
         where it has been computed: see `with_stability`.
     flutter : ndarray or None
         Number of fluttering pairs of eigenvalues, as ``stability(branch[i]).flutter``.
+    scene : Scene or str or None
+        The scene whose branch it is, if that is not the paper's; in words where it was read from a file and
+        has parts or functions of the reader's own.
+    angle : ndarray or None
+        theta at the tip [rad] of a scene, whose amplitude counts from the wall or is that of a middle.
     """
 
     #: Some 40 000 points of three phases each.
@@ -101,11 +107,13 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     solutions: Solutions | None = field(default=None, repr=False)
     index: np.ndarray | None = None
     flutter: np.ndarray | None = None
+    scene: Scene | str | None = field(default=None, repr=False)
+    angle: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "state"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
-        for name in ("index", "flutter"):
+        for name in OPTIONAL:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, read_only(getattr(self, name)))
 
@@ -114,7 +122,7 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     @property
     def tip_angle(self) -> np.ndarray:
         """theta at the tip [rad]."""
-        return -self.A
+        return -self.A if self.angle is None else self.angle
 
     @property
     def tip_height(self) -> np.ndarray:
@@ -194,8 +202,9 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
                 unknowns=tuple(solutions.unknowns[i] for i in rows),
                 tangents=tuple(solutions.tangents[i] for i in rows),
             )
-        columns["index"] = None if self.index is None else self.index[which]
-        columns["flutter"] = None if self.flutter is None else self.flutter[which]
+        for name in OPTIONAL:
+            column = getattr(self, name)
+            columns[name] = None if column is None else column[which]
         return replace(self, **columns, special_points=kept, solutions=solutions, ended="slice")
 
     def special(self, kind: str) -> tuple[SpecialPoint, ...]:

@@ -18,7 +18,8 @@ import numpy as np
 from ..base.records import Column, Table, array, entries, titled
 from ..model.law_samples import samples
 from ..model.rod import Units, rod_from
-from .branch_parts import COLUMNS, Solutions, SpecialPoint, Trivial
+from .branch_parts import COLUMNS, OPTIONAL, Solutions, SpecialPoint, Trivial
+from .storage import scene_from, scene_head
 
 if TYPE_CHECKING:
     from .branch import Branch
@@ -40,7 +41,7 @@ _CHECKS = ("error", "certificate", "iterations")
 def branch_arrays(branch: Branch) -> dict[str, np.ndarray]:
     """Return all arrays of a branch, its solutions among them."""
     arrays: dict[str, Any] = {name: getattr(branch, name) for name in (*COLUMNS, "state")}
-    for name in _COUNTS:
+    for name in OPTIONAL:
         if getattr(branch, name) is not None:
             arrays[name] = getattr(branch, name)
     if branch.trivial is not None:
@@ -95,6 +96,8 @@ def branch_head(branch: Branch) -> dict[str, Any]:
     if branch.solutions is not None:
         head["transcription"] = branch.solutions.transcription
     head["special_points"] = [asdict(point) for point in branch.special_points]
+    if branch.scene is not None:
+        head |= scene_head(branch.scene)
     if branch.trivial is not None:
         head["trivial.special_points"] = [asdict(point) for point in branch.trivial.special_points]
     return head
@@ -122,11 +125,14 @@ def branch_parts(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[st
     if "trivial.lam" in arrays:
         lam = array(arrays, "trivial.lam")
         trivial = Trivial(lam, tuple(_specials(head["trivial.special_points"], len(lam))))
+    rod = rod_from(head)
     return {
         **entries(head, str, *_TEXTS),
         "held": head["held"],
         "options": head["options"],
-        "rod": rod_from(head),
+        "rod": rod,
+        "scene": scene_from(head, rod),
+        "angle": array(arrays, "angle", "f", shape) if "angle" in arrays else None,
         **{name: array(arrays, name, "i" if name in _WHOLE else "f", shape) for name in COLUMNS},
         "state": array(arrays, "state", "U", shape),
         "special_points": tuple(_specials(head["special_points"], *shape)),

@@ -15,6 +15,9 @@ from ..residual.discretisation import Transcription
 #: Columns of a branch: what is stored, in CSV and NPZ as well.
 COLUMNS = ("arclength", "A", "m", "sigma", "lam", "tip_u", "error", "certificate", "iterations")
 
+#: Columns that a branch may have: counts of its stability, and the angles of tips in a scene.
+OPTIONAL = ("index", "flutter", "angle")
+
 #: How pieces of a law are counted in texts: from "0" on, through ASCII.
 FIRST = ord("0")
 

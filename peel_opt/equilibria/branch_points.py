@@ -15,6 +15,7 @@ from ..continuation.points import Point
 from ..model.bond import CohesiveLaw
 from ..model.law_samples import agree
 from ..model.named_laws import law_named
+from ..model.scene import Scene
 from ..residual.closures import chart
 from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.linear import Linearised, gradient
@@ -23,6 +24,7 @@ from .branch_parts import FIRST
 from .methods import Answer, certify
 from .question import Question
 from .result import Equilibrium, Stats
+from .scenes import solve
 
 if TYPE_CHECKING:
     from .branch import Branch
@@ -137,8 +139,22 @@ def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
 
     Its error is that of alpha1 at its beta0 and lambda, of a rod that of p/T0 at its length: the
     distance from the branch times what the answer makes of it, which has no bound at a fold.  Its
-    ``tol`` is that of the trace, carried to the answer in the same way.
+    ``tol`` is that of the trace, carried to the answer in the same way.  That of a scene is solved for
+    anew, at the length of the point.
+
+    Raises
+    ------
+    InvalidInput
+        If the branch carries no solutions, or was read from a file that does not hold its scene.
     """
+    if isinstance(branch.scene, Scene):
+        length, pressure = float(branch.length[i]), float(branch.pressure[i])
+        return solve(branch.scene, free="pressure", length=length, near=pressure)
+    if branch.scene is not None:
+        raise InvalidInput(
+            "the file of this branch does not hold its scene, of which a part is code of your own.",
+            remedy="Trace the scene again.",
+        )
     problem, x = discretised(branch, i)
     if branch.rod is None:
         posed = Question.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))

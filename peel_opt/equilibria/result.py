@@ -98,7 +98,8 @@ class Equilibrium(Groups[float], Pictured, Stored):
     law_samples : tuple of float
         What tells a law of the user's own from another of its name, where only the shape is kept.
     scene : Scene or str or None
-        The scene it is a state of, if that is not the paper's; read from a file, what it was called.
+        The scene it is a state of, if that is not the paper's; in words where it was read from a file and has
+        parts or functions of the reader's own, which no file holds.
     numbers : dict
         The numbers of the scene in the units of the rod, the one that was left free as it was found.
     unit : float

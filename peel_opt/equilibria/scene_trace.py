@@ -21,7 +21,6 @@ from ..residual.meshes import SCENES_TRACED
 from ..residual.scene_spectral import SceneSpectral
 from .assembly import WalkedSide, columns_of, special_points_of
 from .branch import Branch
-from .scenes import solve
 
 #: Detached length, over that of the plain rod's transition, beyond which a branch is not traced: where a load
 #: dies out as the rod turns it goes on for ever.
@@ -36,32 +35,17 @@ LEAST = 1e-5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SceneTrace(Branch):
-    """The branch of a scene, from its small states or its transition on.
-
-    ``trace[i]`` solves for the pressure at the length of a point, as `solve` does.
+    """The branch of a scene, from its small states or its transition on, with what was solved.
 
     Parameters
     ----------
-    scene : Scene
-        What it is the branch of.
     family : SceneFamily or None
     points : tuple of Point
         What was solved; with the family missing where the branch came from another process.
     """
 
-    scene: Scene | None = field(default=None, repr=False)
     family: SceneFamily | None = field(default=None, repr=False)
     points: tuple[Point, ...] = field(default=(), repr=False)
-
-    @property
-    def tip_angle(self) -> np.ndarray:
-        """theta at the tip [rad], zero at the middle of a strip; the amplitude counts from the wall."""
-        if self.scene is None:
-            return super().tip_angle
-        numbers = self.scene.numbers
-        _, start = self.scene.tip_start(1.0, 1.0, numbers)
-        kw = float(self.scene.wall.curvature_of(numbers))
-        return start * self.A - kw * self.sigma
 
     @property
     def carries_solutions(self) -> bool:
@@ -81,13 +65,6 @@ class SceneTrace(Branch):
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"family": None, "points": ()}  # compiled functions do not travel
-
-    def __getitem__(self, which: int | slice) -> Any:
-        if isinstance(which, slice) or self.scene is None:
-            return super().__getitem__(which)
-        i = range(len(self))[which]
-        length, pressure = float(self.length[i]), float(self.pressure[i])
-        return solve(self.scene, free="pressure", length=length, near=pressure)
 
 
 def trace_scene(
@@ -148,6 +125,14 @@ def trace_scene(
     return _assembled(walked, along, errors.total[: len(along)], options, last, ended)
 
 
+def _tip_angles(scene: Scene, points: list[Point]) -> np.ndarray:
+    """Return theta at the tip of each point, zero at the middle of a strip."""
+    numbers = scene.numbers
+    _, start = scene.tip_start(1.0, 1.0, numbers)
+    kw = float(scene.wall.curvature_of(numbers))
+    return np.array([start * p.scalars.A - kw * p.scalars.sigma for p in points])
+
+
 def _tip_heights(points: list[Point]) -> np.ndarray:
     """Return y/y0 of the tip of each point, whatever its bond sees of it."""
     return np.array([p.scalars.height(p.profile.values[0, 0, 4]) for p in points])
@@ -199,6 +184,7 @@ def _assembled(
         ended=ended,
         options=options,
         scene=scene,
+        angle=_tip_angles(scene, every),
         family=family,
         points=tuple(every),
     )

@@ -17,7 +17,9 @@ import numpy as np
 from ..base.records import Column, Table, array, entries, titled
 from ..model.law_samples import samples
 from ..model.named_laws import law_named
-from ..model.rod import Units, rod_from
+from ..model.rod import Rod, Units, rod_from
+from ..model.scene import Scene
+from ..model.scene_record import record_of, scene_of, words_of
 from ..residual.shape import Shape, Solution
 
 if TYPE_CHECKING:
@@ -88,9 +90,23 @@ def equilibrium_head(eq: Equilibrium) -> dict[str, Any]:
     if own := own_samples(eq):
         head["law_samples"] = list(own)
     if eq.scene is not None:
-        name = eq.scene if isinstance(eq.scene, str) else repr(eq.scene)
-        head |= {"scene": name, "scene_numbers": eq.numbers, "unit": eq.unit}
+        head |= {**scene_head(eq.scene), "scene_numbers": eq.numbers, "unit": eq.unit}
     return head | Units.of(eq.rod).rod(eq.rod) | _stats(eq)
+
+
+def scene_head(scene: Scene | str) -> dict[str, Any]:
+    """Return a scene in words, and what it is made of where none of its parts is the reader's own."""
+    if isinstance(scene, str):
+        return {"scene": scene}
+    record = record_of(scene)
+    return {"scene": words_of(scene)} | ({} if record is None else {"scene_parts": record})
+
+
+def scene_from(head: Mapping[str, Any], rod: Rod | None) -> Scene | str | None:
+    """Return the scene that `scene_head` was made of, or what it was called."""
+    if "scene_parts" in head and rod is not None:
+        return scene_of(entries(head, dict, "scene_parts")["scene_parts"], rod)
+    return str(entries(head, str, "scene")["scene"]) if "scene" in head else None
 
 
 def own_samples(eq: Equilibrium) -> tuple[float, ...]:
@@ -163,11 +179,11 @@ def equilibrium_parts(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> di
     if not isinstance(given, dict) or not all(isinstance(value, float) for value in given.values()):
         raise ValueError("given holds no numbers")
     numbers = entries(head, float, *_FLOATS) | entries(head, str, *_TEXTS)
-    told = {"flags": tuple(flags), "given": given, "law_samples": tuple(own)}
+    told: dict[str, Any] = {"flags": tuple(flags), "given": given, "law_samples": tuple(own)}
+    rod = rod_from(head)
     if "scene" in head:
-        scene = entries(head, str, "scene") | entries(head, float, "unit")
-        told |= {**scene, "numbers": numbers_of_scene}
-    return {"rod": rod_from(head), "source": shape, **told, **numbers}
+        told |= {"scene": scene_from(head, rod), "numbers": numbers_of_scene, **entries(head, float, "unit")}
+    return {"rod": rod, "source": shape, **told, **numbers}
 
 
 def require_agreement(eq: Equilibrium, head: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
@@ -184,6 +200,11 @@ def require_agreement(eq: Equilibrium, head: dict[str, Any], columns: dict[str, 
     for key, stored in (head | columns).items():
         if key in derived and not _agree(stored, derived[key]):
             raise ValueError(f"its {key!r} is not what follows from its other numbers")
+    if isinstance(eq.scene, Scene):
+        sizes = {name: kind.size(eq.scene.rod) for name, kind in eq.scene.dimensions.items()}
+        for name, value in eq.scene.numbers.items():
+            if name != eq.answered and not _agree(eq.numbers.get(name), value * sizes[name]):
+                raise ValueError(f"its {name!r} is not what its scene is made of")
     if eq.certified and not max(eq.error, eq.certificate) <= eq.tol:
         raise ValueError("it calls itself certified, with an error or a certificate above its tol")
 

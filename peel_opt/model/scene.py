@@ -33,7 +33,7 @@ from .mixed_bonds import LINE, Bond, Opening
 from .place import Numbers, Place
 from .rod import Rod, require_rod
 from .stretch import past_of, shared_kink
-from .tips import FREE, Contact, Middle, Tip, TipLoad, across
+from .tips import FREE, Contact, Free, Middle, Tip, TipLoad, across
 from .walls import PLATE, Flat, Wall
 
 #: Names that every scene has.
@@ -203,7 +203,7 @@ class Scene:
         """What its numbers measure, by name."""
         own = {name: kind for name, kind in OWN.items() if self._has(name)}
         for part in (*self.loads, self.wall, self.tip, self.bond):
-            own |= part.parameters if part is not FREE else {}
+            own |= part.parameters
         return own
 
     @cached_property
@@ -211,19 +211,19 @@ class Scene:
         """Its numbers over their units of T0 and eta, by name."""
         given = {name: getattr(self, name) for name in OWN if self._has(name)}
         for part in (*self.loads, self.wall, self.tip, self.bond):
-            given |= part.numbers() if part is not FREE else {}
+            given |= part.numbers()
         return {name: value / self.dimensions[name].size(self.rod) for name, value in given.items()}
 
     @cached_property
     def form(self) -> tuple[Any, ...]:
         """What two scenes share that differ in their numbers alone."""
         parts = (*self.loads, self.wall, self.tip, self.bond)
-        return (*(part.form for part in parts), self.tip is FREE, tuple(self.dimensions))
+        return (*(part.form for part in parts), tuple(self.dimensions))
 
     @property
     def is_plain(self) -> bool:
         """Whether it is the paper's scene, under a vertical law."""
-        plain = isinstance(self.bond, Opening) and self.tip is FREE and self.is_flat
+        plain = isinstance(self.bond, Opening) and isinstance(self.tip, Free) and self.is_flat
         return plain and not self.numbers and self.loads == (Pressure(),)
 
     @property
@@ -334,7 +334,7 @@ class Scene:
 
     def tip_force(self, at: Place, q: Numbers) -> tuple[Any, Any]:
         """Return (N_x, N_y) at the tip."""
-        if self.tip is FREE:
+        if isinstance(self.tip, Free):
             return 0.0, 0.0
         if isinstance(self.tip, TipLoad):
             return self.tip.pull(q)
@@ -431,7 +431,7 @@ class Scene:
             EA, glued = q["stretch"], q.get("glued_strain", 0.0)
             thrust = Nx * math.cos(tip.theta) + Ny * math.sin(tip.theta)
             stored += 0.5 * EA * (self.strain(thrust, q) ** 2 + glued**2) + glued * Nx
-        if isinstance(self.tip, TipLoad) and self.tip is not FREE:
+        if isinstance(self.tip, TipLoad) and not isinstance(self.tip, Free):
             work += self.tip.work(tip.theta, q)
         return float(work + stored - separated - G0)
 

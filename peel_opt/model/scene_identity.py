@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
-
 import casadi as ca
 
 from .law_samples import texts
 from .place import Place
 from .scene import Scene
-
-#: Where an object lies in memory, which says nothing about it.
-_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
+from .scene_record import words_of
 
 
 def identity_of(scene: Scene) -> list[str]:
@@ -27,4 +23,4 @@ def identity_of(scene: Scene) -> list[str]:
         found = [ca.SX(part) for part in (*scene.load(at, numbers), *scene.wall.gap(at, numbers))]
         both = ca.Function("scene", [*symbols.values(), *numbers.values()], found)
         computed.append(both.serialize())
-    return [_ADDRESS.sub("", repr(scene)), *computed, *texts(scene.bond.law)]
+    return [words_of(scene), *computed, *texts(scene.bond.law)]

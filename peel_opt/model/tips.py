@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -23,7 +23,7 @@ def across(angle: float) -> float:
 
 @dataclass(frozen=True)
 class TipLoad:
-    """A force and a moment on the tip; the paper's free end without them.
+    """A force and a moment on the tip.
 
     Parameters
     ----------
@@ -65,6 +65,21 @@ class TipLoad:
         """Return its term in the identity, F (cos(theta + phi) - cos phi)."""
         phi, half = q["angle"], 0.5 * theta_tip
         return -2.0 * q["force"] * ca.sin(half + phi) * ca.sin(half)
+
+
+@dataclass(frozen=True)
+class Free(TipLoad):
+    """The paper's free end: a tip without a load, and without numbers that could be one."""
+
+    force: float = field(default=0.0, init=False, repr=False)
+    angle: float = field(default=0.0, init=False, repr=False)
+    moment: float = field(default=0.0, init=False, repr=False)
+    parameters: ClassVar[dict[str, Dimension]] = {}
+    form: ClassVar[str] = "free"
+
+    def numbers(self) -> dict[str, float]:
+        """Return no parameters."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -138,4 +153,4 @@ class Middle:
 Tip = TipLoad | Contact | Middle
 
 #: The paper's tip.
-FREE = TipLoad()
+FREE = Free()

@@ -46,7 +46,7 @@ def scene_panel(eq: Equilibrium, y0: float | None) -> Panel:
     Parameters
     ----------
     eq : Equilibrium
-        It has a shape and a scene; one that was read from a file has lost what its scene is made of.
+        It has a shape and a scene; of one in words, which a file holds, what acts is not drawn.
     y0 : float or None
         Range of the bond in the coordinates of the axes.
 

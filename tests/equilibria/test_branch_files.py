@@ -330,3 +330,18 @@ def test_options_of_numpy_type_are_stored_as_plain_numbers(branches, tmp_path):
 def test_every_column_is_stored(branches, tmp_path):
     with np.load(branches["beta0"].save(tmp_path / "b.npz"), allow_pickle=False) as stored:
         assert set(COLUMNS) < set(stored.files)
+
+
+@pytest.mark.slow
+def test_the_branch_of_a_scene_comes_back_with_its_scene_and_the_angles_of_its_tip(tmp_path):
+    scene = po.Scene(po.Rod.from_ratio(1.0), wall=po.Circle(-0.1), natural_curvature=-0.1)
+    branch = po.trace(scene, points=8)
+    back = Branch.load(branch.save(tmp_path / "branch.npz"))
+    assert back.scene == scene
+    assert back.tip_angle.tobytes() == branch.tip_angle.tobytes()
+    assert abs(branch.tip_angle + branch.A).max() > 0.1  # it counts from the wall
+    assert back[3:5].tip_angle.tobytes() == branch[3:5].tip_angle.tobytes()
+    assert back[3].length == branch[3].length
+    unknown = replace(back, scene="a scene of my own")
+    with pytest.raises(po.InvalidInput, match="does not hold its scene"):
+        unknown[3]

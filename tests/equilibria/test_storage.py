@@ -5,7 +5,7 @@ import math
 import pickle
 import re
 import zipfile
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 import pytest
@@ -81,6 +81,40 @@ def test_units_follow_the_rod(answers):
 def test_a_message_with_line_breaks_survives_csv(tmp_path):
     eq = Equilibrium.nothing(None, "alpha1", 1e-8, "failed", "one\n# two = 3\nthrée")
     assert Equilibrium.load(eq.to_csv(tmp_path / "a.csv")).message == eq.message
+
+
+# --- scenes -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def in_an_artery():
+    scene = po.Scene(FLAP, [po.Weight(50.0)], wall=po.Circle(-100.0 / 3.0), natural_curvature=-100.0 / 3.0)
+    return po.solve(scene, free="length", pressure=100e3)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_a_state_of_a_scene_comes_back_with_its_scene(in_an_artery, suffix, tmp_path):
+    eq = in_an_artery
+    back = Equilibrium.load(write(eq, tmp_path / f"state{suffix}"))
+    assert back.scene == eq.scene
+    assert repr(back) == repr(eq)
+    assert back.numbers == eq.numbers
+    assert back.y.tobytes() == eq.y.tobytes()
+    again = Equilibrium.load(write(back, tmp_path / f"again{suffix}"))
+    assert again.scene == eq.scene
+    if suffix == ".csv":
+        text = (tmp_path / "state.csv").read_text()
+        (tmp_path / "other.csv").write_text(text.replace('"w": 50.0', '"w": 51.0'))
+        with pytest.raises(InvalidInput, match=r"weight.*not what its scene is made of"):
+            Equilibrium.load(tmp_path / "other.csv")
+
+
+def test_of_a_profile_of_the_readers_own_the_words_come_back(in_an_artery, tmp_path):
+    mine = po.Scene(FLAP, [po.Pressure(lambda at: 1.0)])
+    back = Equilibrium.load(replace(in_an_artery, scene=mine, numbers={}).save(tmp_path / "state.npz"))
+    assert back.scene.startswith("Scene(rod=")
+    assert " at 0x" not in back.scene
+    assert Equilibrium.load(back.save(tmp_path / "again.npz")).scene == back.scene
 
 
 # --- what others do to a CSV --------------------------------------------------------------

@@ -7,7 +7,9 @@ Modules: `scene`, `loads`, `profiles`, `walls`, `tips`, `mixed_bonds`, `place`, 
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,3 +50,14 @@ def test_the_gap_to_a_circle_is_exact_as_its_curvature_vanishes() -> None:
         exact = (1.0 - abs(kw) * math.dist((-2.0, 0.3), centre)) / kw
         assert gap == pytest.approx(exact, abs=1e-3 if abs(kw) < 1e-6 else 1e-13)
         assert math.hypot(nx, ny) == pytest.approx(1.0)
+
+
+def test_a_tip_whose_load_is_named_is_not_a_free_one_however_small_the_load() -> None:
+    """They have other numbers, so that what is compiled for one is not taken for the other."""
+    free, named = po.Scene(ROD), po.Scene(ROD, tip=po.TipLoad())
+    assert free != named
+    assert not free.numbers
+    assert named.numbers == {"force": 0.0, "angle": 0.0, "moment": 0.0}
+    elsewhere = pickle.loads(pickle.dumps(free))
+    assert elsewhere == free
+    assert replace(elsewhere).numbers == {}

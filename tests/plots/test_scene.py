@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -206,8 +207,14 @@ def test_the_page_has_a_look_for_everything(name):
 
 
 def test_what_a_file_keeps_is_drawn(tmp_path):
-    state("torn").save(tmp_path / "torn.npz")
-    panel = rod_panel(po.Equilibrium.load(tmp_path / "torn.npz"))
+    torn = state("torn")
+    torn.save(tmp_path / "torn.npz")
+    panel, before = rod_panel(po.Equilibrium.load(tmp_path / "torn.npz")), rod_panel(torn)
+    assert [each.look for each in panel.arrows] == [each.look for each in before.arrows]
+    assert [each.look for each in panel.lines] == [each.look for each in before.lines]
+    assert panel.warnings == before.warnings
+    replace(torn, scene="a scene with a profile of my own").save(tmp_path / "mine.npz")
+    panel = rod_panel(po.Equilibrium.load(tmp_path / "mine.npz"))
     assert line(panel, "unbonded").x.size
     assert not panel.arrows
     assert any("not drawn" in warning for warning in panel.warnings)
