@@ -57,6 +57,9 @@ HIGHEST, ABOVE = 1e3, 4.0
 #: Gap at the tip, as a share of the largest, within which a folded rod has come back to its wall.
 TOUCHING = 1e-7
 
+#: The same, within which a walk that can go no further has come to where the rods are whose tip touches.
+DOWN = 1e-4
+
 #: Factor by which the tip angle falls at most between the last states of a branch.
 FALLING = 4.0
 
@@ -250,7 +253,7 @@ class SceneBranch:
         assert isinstance(mesh, SceneSpectral)
         if not isinstance(mesh.scene.tip, TipLoad) or candidate.state != "folded":
             return False
-        if min(_relative_height(p) for p in (candidate.here, candidate.there)) > NEAR:
+        if min(relative_height(p) for p in (candidate.here, candidate.there)) > NEAR:
             return False
         finer = replace(self.family, transcription=replace(mesh, mesh=mesh.mesh.refined().refined()))
         try:
@@ -366,7 +369,15 @@ def _walk(
             return points[:-1], "touched"
         if s.A * np.abs(point.profile.values[:, :, 0]).max() > ROLLED or len(points) > LONGEST:
             return points, "limit" if len(points) > LONGEST else "rolled up"
-    return points, "stalled"
+    return points, "contact" if _beside_contact(points[-1]) else "stalled"
+
+
+def _beside_contact(point: Point) -> bool:
+    """Whether the tip of a folded rod is all but down.
+
+    There the branch crosses that of the rods whose tip touches, and no step may go over a crossing.
+    """
+    return point.scalars.A > math.pi and relative_height(point) < DOWN
 
 
 def _touched(points: list[Point]) -> bool:
@@ -377,14 +388,15 @@ def _touched(points: list[Point]) -> bool:
     """
     if len(points) < 3 or math.pi > points[-1].scalars.A:
         return False
-    before, least, after = (_relative_height(p) for p in points[-3:])
+    before, least, after = (relative_height(p) for p in points[-3:])
     return least < NEAR and least < before and least < after
 
 
-def _relative_height(point: Point) -> float:
-    """Height of the tip as a share of the largest."""
-    heights = point.profile.values[:, :, 4]
-    return float(abs(heights[0, 0]) / np.abs(heights).max())
+def relative_height(point: Point) -> float:
+    """Gap at the tip as a share of the largest."""
+    assert isinstance(point.profile, SceneProfile)
+    gaps = np.abs(point.profile.gaps())
+    return float(gaps[0, 0] / gaps.max())
 
 
 def _least_angle(family: SceneFamily) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.errors import InvalidInput, NotConverged
 from ..continuation.fill import filled, point_errors
 from ..continuation.points import Point
-from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
+from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch, relative_height
 from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
 from ..residual.closures import Closure
@@ -29,8 +29,9 @@ FAR = 12.0
 #: Points, at least, of a branch that is cut off where the finest mesh does not resolve it.
 FEWEST = 8
 
-#: Least amplitude of a point: in those beside a rest rounding hides what a mesh does.
-LEAST = 1e-5
+#: Least amplitude of a point, and least gap of a folded tip as a share of the largest: in those beside a
+#: rest or a contact rounding hides what a mesh does.
+LEAST, NEAREST = 1e-5, 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,9 +147,14 @@ def _far(walked: SceneBranch) -> float:
 
 def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
     """Return the points of a branch with others between them."""
-    seen = [p for p in walked.points if p.scalars.A >= LEAST and p.arclength <= last]
+    seen = [p for p in walked.points if p.scalars.A >= LEAST and p.arclength <= last and not _down(p)]
     span = seen[-1].arclength - seen[0].arclength
     return filled(walked.family, seen, span / (points - 1))
+
+
+def _down(point: Point) -> bool:
+    """Whether the tip of a folded rod is all but on its wall."""
+    return point.scalars.A > math.pi and relative_height(point) < NEAREST
 
 
 def _assembled(

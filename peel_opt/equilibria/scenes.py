@@ -27,6 +27,7 @@ from ..model.labels import OBSERVABLE, fits, known_state
 from ..model.loads import Pressure
 from ..model.mixed_bonds import Bond
 from ..model.scene import Scene
+from ..model.tip_gap import excess_over_gaps, last_pressure
 from ..model.tips import Middle, TipLoad
 from ..residual import programme
 from ..residual.accuracy import HEIGHT_NOISE, response_to
@@ -140,6 +141,8 @@ def _solve(
     state = known_state(state, among=SCENE_STATES)
     question = posed(scene, free, given)
     wanted = None if near is None else finite("near", near) / question.dimension.size(scene.rod)
+    if (denied := _without_a_gap(question)) is not None:
+        raise denied
     branches = scene_branches(question.family(SCENES))
     chosen, profile = _chosen(question, branches, state, wanted)
     walked = sum(len(branch.points) for branch in branches)
@@ -250,6 +253,8 @@ def states_of_scene(scene: Scene, given: str, value: float, tol: float, method: 
     """
     (free,) = COMMON.keys() - {given}
     question, found = posed(scene, free, {given: value}), []
+    if _without_a_gap(question) is not None:
+        return found
     for branch in scene_branches(question.family(SCENES)):
         for candidate in branch.candidates(question.target):
             began, profile = time.perf_counter(), candidate.profile
@@ -373,6 +378,24 @@ def _nothing(
         f"no {wanted} of this scene at {question.words}, on the branch that goes on from the attached rod."
         f"{best}{there}",
         nearest=nearest * unit,
+    )
+
+
+def _without_a_gap(question: SceneQuestion) -> NoEquilibrium | None:
+    """Say that the identity leaves the tip no gap at the pressure that is given; None where it does."""
+    scene, P = question.scene, question.given.get("pressure")
+    bounds = None if P is None or question.number else excess_over_gaps(scene, P)
+    if bounds is None or bounds[0] <= 0.0 <= bounds[1]:
+        return None
+    unit, traction = FORCE.unit_of(scene.rod), COMMON["pressure"]
+    nearest = last_pressure(scene, P) * traction.size(scene.rod)  # type: ignore[arg-type]
+    more = bounds[0] > 0.0
+    missed = (bounds[0] if more else -bounds[1]) * FORCE.size(scene.rod)
+    return NoEquilibrium(
+        f"no equilibrium of this scene at {question.words}, of any length: at every gap of the tip pressure and"
+        f" bending together put in {'more' if more else 'less'} than the bond takes, by {missed:.6g} {unit} at"
+        f" least. {'Below' if more else 'Above'} {nearest:.8g} {traction.unit_of(scene.rod)} a gap exists.",
+        nearest=nearest,
     )
 
 

@@ -60,12 +60,19 @@ class SceneProfile(Profile):
         """What the bond sees, at coordinates 0 <= xi <= 1 from the tip."""
         return self._openings(self.at(xi), xi)
 
+    def gaps(self) -> np.ndarray:
+        """Gap to the wall over eta, on the points of each phase."""
+        at = self._places(self.values, self.coordinates())
+        return np.asarray(self.scene.wall.gap(at, self.numbers)[0], dtype=float)
+
     def _openings(self, fields: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        return np.asarray(self.scene.opening(self._places(fields, xi), self.numbers), dtype=float)
+
+    def _places(self, fields: np.ndarray, xi: np.ndarray) -> Place:
         s, q = self.scalars, self.numbers
         Theta, _, _, _, Y, x, slip = np.moveaxis(fields, -1, 0)
         theta = s.A * Theta + float(self.scene.wall.curvature_of(q)) * s.sigma * (xi - 1.0)
-        at = Place(xi * s.sigma, s.sigma, theta, x * s.sigma, s.sigma * s.A * Y, slip * s.sigma)
-        return np.asarray(self.scene.opening(at, q), dtype=float)
+        return Place(xi * s.sigma, s.sigma, theta, x * s.sigma, s.sigma * s.A * Y, slip * s.sigma)
 
 
 @dataclass(frozen=True)
