@@ -377,7 +377,7 @@ def _beside_contact(point: Point) -> bool:
 
     There the branch crosses that of the rods whose tip touches, and no step may go over a crossing.
     """
-    return point.scalars.A > math.pi and relative_height(point) < DOWN
+    return math.pi < point.scalars.A and relative_height(point) < DOWN
 
 
 def _touched(points: list[Point]) -> bool:

@@ -154,7 +154,7 @@ def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
 
 def _down(point: Point) -> bool:
     """Whether the tip of a folded rod is all but on its wall."""
-    return point.scalars.A > math.pi and relative_height(point) < NEAREST
+    return math.pi < point.scalars.A and relative_height(point) < NEAREST
 
 
 def _assembled(

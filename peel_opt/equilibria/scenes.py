@@ -252,7 +252,8 @@ def states_of_scene(scene: Scene, given: str, value: float, tol: float, method: 
         If no way into the scene was found, or a state between two points of a branch was lost.
     """
     (free,) = COMMON.keys() - {given}
-    question, found = posed(scene, free, {given: value}), []
+    question = posed(scene, free, {given: value})
+    found: list[Equilibrium] = []
     if _without_a_gap(question) is not None:
         return found
     for branch in scene_branches(question.family(SCENES)):
@@ -389,12 +390,12 @@ def _without_a_gap(question: SceneQuestion) -> NoEquilibrium | None:
         return None
     unit, traction = FORCE.unit_of(scene.rod), COMMON["pressure"]
     nearest = last_pressure(scene, P) * traction.size(scene.rod)  # type: ignore[arg-type]
-    more = bounds[0] > 0.0
-    missed = (bounds[0] if more else -bounds[1]) * FORCE.size(scene.rod)
+    put_in, side = ("more", "Below") if bounds[0] > 0.0 else ("less", "Above")
+    missed = max(bounds[0], -bounds[1]) * FORCE.size(scene.rod)
     return NoEquilibrium(
-        f"no equilibrium of this scene at {question.words}, of any length: at every gap of the tip pressure and"
-        f" bending together put in {'more' if more else 'less'} than the bond takes, by {missed:.6g} {unit} at"
-        f" least. {'Below' if more else 'Above'} {nearest:.8g} {traction.unit_of(scene.rod)} a gap exists.",
+        f"no equilibrium of this scene at {question.words}, of any length: at every gap of the tip pressure"
+        f" and bending together put in {put_in} than the bond takes, by {missed:.6g} {unit} at least."
+        f" {side} {nearest:.8g} {traction.unit_of(scene.rod)} a gap exists.",
         nearest=nearest,
     )
 

@@ -36,7 +36,7 @@ class Load(ABC):
     #: What its parameters measure, by the name under which `solve` frees them.
     parameters: ClassVar[dict[str, Dimension]] = {}
 
-    #: Whether a rod that lies flat under p = T0 stays one: the load has no part across it.
+    #: Whether a rod that lies flat stays one at some pressure: what the load has across it is uniform.
     keeps_flat: ClassVar[bool] = False
 
     #: Whether it acts on each length of a rod that has stretched; a weight goes with the mass.
@@ -99,8 +99,8 @@ class Pressure(Load):
 
     @property
     def keeps_flat(self) -> bool:  # type: ignore[override]
-        """Whether it is p0 everywhere on a rod that lies flat."""
-        uniform = not isinstance(self.profile, Distribution) or self.profile.is_one_when_flat
+        """Whether it is the same everywhere on a rod that lies flat."""
+        uniform = not isinstance(self.profile, Distribution) or self.profile.is_uniform_when_flat
         return uniform and self.until is None
 
     def numbers(self) -> dict[str, float]:

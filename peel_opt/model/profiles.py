@@ -34,8 +34,10 @@ class Distribution(ABC):
         """Return its parameters as they were given."""
         return {}
 
-    #: Whether the factor is 1 on a rod that lies flat: then the flat rod is an equilibrium at p = T0.
-    is_one_when_flat: ClassVar[bool] = False
+    @property
+    def is_uniform_when_flat(self) -> bool:
+        """Whether it pushes alike on all of a rod that lies flat, which then is an equilibrium at some p0."""
+        return False
 
     @abstractmethod
     def factor(self, at: Place, q: Numbers) -> Any:
@@ -91,6 +93,11 @@ class Mixed(Distribution):
         """Return c."""
         return {"mix": self.c}
 
+    @property
+    def is_uniform_when_flat(self) -> bool:
+        """It is 1 - c there, and nothing for a stream."""
+        return self.c < 1.0
+
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return 1 - c + c sin^2 theta."""
         return 1.0 - q["mix"] * ca.cos(at.theta) ** 2
@@ -100,7 +107,10 @@ class Mixed(Distribution):
 class Jet(Distribution):
     """p = p0 cos^2 theta."""
 
-    is_one_when_flat: ClassVar[bool] = True
+    @property
+    def is_uniform_when_flat(self) -> bool:
+        """It is 1 there."""
+        return True
 
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return cos^2 theta."""
@@ -135,6 +145,13 @@ class Given(Distribution):
     def form(self) -> Hashable:
         """The function."""
         return self.function
+
+    @property
+    def is_uniform_when_flat(self) -> bool:
+        """Whether what it says of a flat rod names no place."""
+        s, sbar = ca.SX.sym("s"), ca.SX.sym("sbar")
+        flat = ca.SX(self.function(Place(s, sbar, 0.0, s - sbar, 0.0, 0.0)))
+        return bool(flat.is_constant()) and float(flat) > 0.0
 
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return what the function says."""

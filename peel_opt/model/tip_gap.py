@@ -107,7 +107,7 @@ def _knows_the_gap(scene: Scene) -> bool:
 
 
 def _pieces(scene: Scene) -> list[tuple[float, float, float, float, float]]:
-    """Start and end of each piece of the law over eta; traction, its slope and the work of separation there."""
+    """Start and end of each piece of the law; where it starts its traction, its slope and the work."""
     if scene.bond is LINE:
         return [(0.0, math.inf, 0.0, 0.0, 0.0)]
     law, r = scene.bond.law, scene.rod.ratio

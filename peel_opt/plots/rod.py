@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from ..base.errors import InvalidInput
 from ..equilibria.result import Equilibrium
+from ..model.mixed_bonds import LINE
 from ..model.rod import Rod
 from .dispatch import drawn_by
 from .forces import ForceArrows, forces_on
@@ -178,7 +179,9 @@ def _require_shape(eq: Equilibrium) -> None:
 
 
 def _range(eq: Equilibrium, unit: AxisUnit) -> float | None:
-    """Return y0 in the coordinates of the axes; at beta0 = 0 the law has no range."""
+    """Return y0 in the coordinates of the axes; at beta0 = 0, and without a law, there is no range."""
+    if eq.law == LINE.name:
+        return None
     if eq.rod is not None:
         return eq.rod.adhesion_range / unit.size
     return eq.beta0 / eq.beta1 if eq.beta0 > 0.0 else None

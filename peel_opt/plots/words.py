@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from ..equilibria.result import Equilibrium
 from ..model.labels import DISQUALIFYING, FLAGS
+from ..model.mixed_bonds import LINE
 from ..model.rod import Rod
 
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
@@ -119,7 +120,8 @@ def title(eq: Equilibrium) -> str:
             rf"  $\eta/y_0 = {eq.ratio:.4g}$"
         )
     overhang = r" with overhang $|\theta| > 90^\circ$" if "overhang" in eq.flags else ""
-    lines.append(f"{eq.state} state{overhang}, {eq.law} law; {trust(eq)}")
+    law = "no cohesive law" if eq.law == LINE.name else f"{eq.law} law"
+    lines.append(f"{eq.state} state{overhang}, {law}; {trust(eq)}")
     return "\n".join(lines)
 
 

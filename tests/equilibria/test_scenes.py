@@ -381,3 +381,47 @@ def test_a_pull_back_along_the_plate_is_a_push_in_line() -> None:
     assert found.state == known.state == "lower"
     assert found.length == pytest.approx(known.length, rel=1e-12)
     assert po.critical_length(back).length == pytest.approx(po.critical_length(push).length, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("scene", "pressure", "nearest"),
+    [
+        (po.Scene(ROD, wall=po.Circle(-0.2)), 0.8, 1.004 - math.sqrt(1.004**2 - 0.96)),
+        (po.Scene(ROD, natural_curvature=1.1), 0.0, 0.0),  # k kappa^2/2 > T0 y0/2: it springs off
+        (po.Scene(ROD, tip=po.TipLoad(moment=-0.1)), 0.95, 0.9),
+        (po.Scene(ROD, [po.Weight(0.1)], line_energy=0.1), 0.05, 0.1),
+        (po.Scene(ROD, wall=po.Circle(0.3), law="none", line_energy=0.5), 0.1, 0.6 * 0.455),
+    ],
+    ids=["cylinder", "spring-back", "moment", "held down", "in a vessel"],
+)
+def test_where_the_identity_leaves_the_tip_no_gap_there_is_no_state(
+    scene: po.Scene, pressure: float, nearest: float
+) -> None:
+    """(T0 - p)^2 < 2 E (T0/y0 - kw p), and what it is with a line energy: known before any solve."""
+    with pytest.raises(po.NoEquilibrium, match="every gap of the tip") as denied:
+        po.solve(scene, free="length", pressure=pressure)
+    assert denied.value.nearest == pytest.approx(nearest, abs=1e-9)
+    assert po.equilibria(scene, pressure=pressure) == []
+
+
+def test_a_pressure_that_depends_on_the_inclination_alone_has_a_transition() -> None:
+    """A flat rod feels (1 - c) p0 everywhere: T is where that is T0, at the length of the plain rod."""
+    mixed = po.Scene(ROD, [po.Pressure(po.profiles.mixed(0.3))])
+    begins = po.critical_length(mixed)
+    assert begins.pressure == pytest.approx(1.0 / 0.7, abs=1e-12)
+    assert begins.length == pytest.approx(math.pi, abs=1e-12)
+    assert not po.Scene(ROD, [po.Pressure(po.profiles.stream())]).keeps_flat
+    tilting = po.Pressure(lambda place: 1.0 + 0.2 * casadi.sin(place.theta))
+    assert po.Scene(ROD, [tilting]).keeps_flat
+    assert not po.Scene(ROD, [po.Pressure(lambda place: 1.0 + 0.2 * place.x)]).keeps_flat
+
+
+@pytest.mark.slow
+def test_a_flap_in_its_vessel_is_traced_up_to_where_its_tip_comes_back() -> None:
+    """There rods whose tip touches cross the branch, and no finer mesh goes on."""
+    flap = po.trace(
+        po.Scene(po.Rod.from_ratio(0.75), wall=po.Circle(0.05), natural_curvature=0.05), points=32
+    )
+    assert flap.ended == "contact"
+    assert flap.pressure_ratio[-1] == pytest.approx(1.0, abs=1e-3)
+    assert flap.error.max() < 2e-9

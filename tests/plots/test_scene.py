@@ -42,6 +42,9 @@ def state(name: str) -> Equilibrium:
             po.Scene(FLAP, wall=po.Circle(100.0), tip=po.Contact()), 50e3
         ),
         "blister": lambda: po.solve(po.Blister(FLAP, slack=0.05e-3), free="length", pressure=20e3),
+        "held by a line": lambda: po.solve(
+            po.Scene(UNIT, law="none", line_energy=0.1), free="length", pressure=0.5
+        ),
         "layered": lambda: po.length_given_pressure(po.Scene(UNIT, law=po.ElasticLayer(1e4)), 0.8),
         "sheared": lambda: po.length_given_pressure(po.Scene(UNIT, law=po.EffectiveOpening(0.5)), 0.8),
     }
@@ -57,6 +60,7 @@ STATES = (
     "inside",
     "pressed",
     "blister",
+    "held by a line",
     "layered",
     "sheared",
 )
@@ -180,6 +184,13 @@ def test_a_blister_is_drawn_whole():
     assert panel.x.low < mirror.x.min()
     assert sum(each.look == "attached" for each in panel.lines) == 2
     assert "thrust" in panel.title
+
+
+def test_a_line_energy_has_no_range_to_draw():
+    panel = rod_panel(state("held by a line"))
+    assert panel.ground is not None
+    assert panel.ground.y0 is None
+    assert "no cohesive law" in panel.title
 
 
 @pytest.mark.parametrize("name", STATES)
