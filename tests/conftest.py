@@ -1,8 +1,9 @@
-"""What many files of tests share: branches, walked once, and a Ctrl-C that is heard."""
+"""What many files of tests share: branches, walked once, figures closed, and a Ctrl-C that is heard."""
 
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -18,6 +19,14 @@ def ctrl_c() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(autouse=True)
+def no_figures_left() -> Iterator[None]:
+    """Close what a test has drawn: a picture is pyplot's, and stays open, where a test imports pyplot."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
 
 
 @pytest.fixture(scope="session")

@@ -17,6 +17,7 @@ ROD = po.Rod.from_ratio(1.0)
 DEAD = po.Pressure(dead=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [

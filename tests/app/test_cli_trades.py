@@ -145,6 +145,7 @@ def test_a_document_keeps_its_units(call: Call) -> None:
 # --- flaws --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_critical_flaw_and_the_safe_pressure_are_each_others_inverse(call: Call) -> None:
     code, out, _ = call("flaw", "--pressure", "450 mmHg", *FLAP, "--json")
     assert code == 0

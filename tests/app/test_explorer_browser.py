@@ -363,7 +363,12 @@ def test_wrong_links_and_numbers_leave_the_page_alive(browser: Any, server_url: 
 
 
 #: Sizes of windows: a phone, a tablet, a laptop, a projector [pixels].
-WINDOWS = ((390, 844), (768, 1024), (1280, 800), (1920, 1080))
+WINDOWS = (
+    (390, 844),
+    pytest.param(768, 1024, marks=pytest.mark.slow),
+    (1280, 800),
+    pytest.param(1920, 1080, marks=pytest.mark.slow),
+)
 
 #: Boxes of all that can be seen, shadow trees included, by a selector.
 BOXES = """

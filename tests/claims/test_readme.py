@@ -114,15 +114,29 @@ def test_docstring_examples(module: str) -> None:
     assert doctest.testmod(importlib.import_module(module)).failed == 0
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda p: p.stem)
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+
+#: Pages whose examples take several seconds each: motions, and traces of scenes.
+LONG = [
+    p
+    for p in PAGES
+    if p.stem.startswith("scenes") or p.stem in {"api", "bonds_that_do_not_heal", "motion", "stability"}
+]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[pytest.mark.slow] if page in LONG else [], id=page.stem)
+        for page in PAGES
+        if "```python" in page.read_text(encoding="utf-8")
+    ],
+)
 def test_pages_of_the_documentation_run(page: Path, tmp_path: Path) -> None:
-    text = page.read_text(encoding="utf-8")
-    if "```python" in text:
-        run_as_script(text, tmp_path)
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", text):
+    run_as_script(page.read_text(encoding="utf-8"), tmp_path)
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda p: p.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
-
-
-def test_links_lead_somewhere() -> None:
-    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target

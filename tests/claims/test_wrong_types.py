@@ -78,6 +78,8 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "growth_rate": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
     "critical_drag": lambda: {"eq": po.length_given_pressure(ROD, 0.8)},
     "snap": lambda: {"rod": ROD, "pressure": 0.8, "flaw": 1.0, "drag": 1.0},
+    "history": lambda: {"rod": ROD, "pressure": ([0.0, 0.1], [0.3, 0.31])},
+    "volume_limits": lambda: {"branch": po.trace(ROD, points=12)},
     "tradeoff": lambda: {
         "problem": lambda method, tol: po.equilibrium(beta0=4.0, lam=1.0, method=method, tol=tol),
         "methods": ("spectral",),
@@ -113,8 +115,9 @@ WRONG = [None, "x", -1, 0, float("nan"), [1], {}, object(), 1j, True, (1, 2, 3),
 #: What is not checked: callables of the caller's, whose own errors are the caller's too.
 OWN = {("tradeoff", "problem"), ("tradeoff", "clock"), ("sweep", "progress"), ("uncertainty", "progress")}
 
-#: Every call; a motion takes a second, and is asked for dozens of times.
-EVERY = [pytest.param(name, marks=[pytest.mark.slow] if name == "snap" else []) for name in GOOD]
+#: Every call; a motion and a history take a second, and are asked for dozens of times.
+LONG = ("snap", "history")
+EVERY = [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in GOOD]
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -169,8 +172,8 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve LargestFlap LoadingCurve PeelPeak
-Sensitivities Snap SpecialPoint Stability Sweep Transition Unfolding
+Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve History LargestFlap LoadingCurve
+PeelPeak Sensitivities Snap SpecialPoint Stability Sweep Transition Unfolding VolumeLimit
 """
 OTHERS = (
     "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"

@@ -109,6 +109,7 @@ def test_a_stiff_layer_is_law_8_at_three_rates() -> None:
     assert abs(corrected[-1]) < 1e-4 * plain.length
 
 
+@pytest.mark.slow
 def test_a_layer_that_is_pulled_beyond_its_strength_ahead_says_so() -> None:
     """0.028 lam R of the lobe behind the pressed one, lam = (K/4k)^(1/4), exceeds T0 for stiff layers."""
     weak, strong = _held(1e8, 0.3), _held(1e6, 0.3)

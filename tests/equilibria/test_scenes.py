@@ -205,6 +205,7 @@ def test_what_is_read_along_a_branch_of_a_rod_says_what_a_scene_has_instead() ->
         po.stability_changes(branch)
 
 
+@pytest.mark.slow
 def test_the_branch_of_a_scene_has_its_folds() -> None:
     """The least pressure under a weight of 0.02 T0, by shooting; the loading of an edge has its snap."""
     heavy = po.trace(po.Scene(ROD, [po.Weight(0.02)]), points=48)

@@ -37,6 +37,7 @@ def test_a_chart_needs_a_rod() -> None:
         plot_held_lengths(po.trace(beta0=4, lam=(-1, 1), points=8))
 
 
+@pytest.mark.slow
 def test_a_chart_of_flaws_has_units_and_says_what_is_above_the_line() -> None:
     rod = FLAP
     limits = [po.safe_pressure(rod, a) for a in (0.5e-3, 0.1e-3)]

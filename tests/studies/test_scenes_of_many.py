@@ -167,6 +167,7 @@ def test_what_cannot_be_meant_is_refused(ask: Any, words: str) -> None:
         ask()
 
 
+@pytest.mark.slow
 def test_uncertainty_of_a_number_of_a_scene_is_that_of_its_samples() -> None:
     """Along one uncertain number answers are a smooth curve, whose slope makes the linear estimate."""
     scene = po.Scene(FLAP, [po.Weight(500.0)])
