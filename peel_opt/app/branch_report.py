@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from ..base.units import display
@@ -28,8 +27,7 @@ def special_table(branch: Branch) -> str:
     for point in branch.special_points:
         cells = [point.kind, special_kind(point.kind).words]
         if rod is not None and not rod.dimensionless:
-            cells.append(display(rod.pressure(point.pressure_ratio), "Pa", 8))
-            cells.append(display(rod.length(point.length_ratio), "m", 8))
+            cells += [display(point.pressure, "Pa", 8), display(point.length, "m", 8)]
         values = (point.pressure_ratio, point.length_ratio, point.lam, point.alpha1)
         cells += [f"{0.0 if abs(v) < 1e-12 else v:.{_DIGITS}g}" for v in values]
         rows.append([*cells, point.status])
@@ -45,14 +43,8 @@ def _titles(branch: Branch) -> list[str]:
 
 def branch_record(branch: Branch) -> dict[str, Any]:
     """Return a branch without its points as plain data, with units in the keys."""
-    points = []
-    for point in branch.special_points:
-        entry = asdict(point) | {"bracket": list(point.bracket)}
-        if branch.rod is not None:
-            units = Units.of(branch.rod)
-            entry[f"pressure [{units.pressure}]"] = branch.rod.pressure(point.pressure_ratio)
-            entry[f"length [{units.length}]"] = branch.rod.length(point.length_ratio)
-        points.append(entry)
+    special = branch.special_points
+    points = [point.numbers | {"bracket": list(point.bracket)} | point.in_units for point in special]
     return {
         "points": len(branch),
         "law": branch.law,

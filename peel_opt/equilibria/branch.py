@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.arrays import read_only
+from ..base.checks import positive
 from ..base.drawing import Pictured, draw
 from ..base.errors import InvalidInput
 from ..base.records import Schema, Stored, Table
@@ -19,6 +20,7 @@ from ..model.groups import AmplitudeGroups
 from ..model.labels import SPECIAL_KINDS
 from ..model.rod import Rod
 from ..residual.motions import Spectrum
+from .branch_crossings import states_at
 from .branch_files import branch_arrays, branch_head, branch_parts, branch_table, special_rows
 from .branch_parts import COLUMNS, OPTIONAL, Solutions, SpecialPoint, Trivial
 from .branch_points import discretised, equilibrium_at, under_law
@@ -29,14 +31,16 @@ if TYPE_CHECKING:
     from ..model.bond import CohesiveLaw
     from ..model.scene import Scene
     from ..residual.discretisation import Discretisation
+    from .result import Equilibrium
 
 
 @dataclass(frozen=True, eq=False)
 class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     """A curve of equilibria.
 
-    Arrays have shape (n,) and cannot be written to.  ``len``, iteration and slicing go over
-    points; ``branch[i]`` is the `Equilibrium` there, ``branch[a:b]`` a branch.
+    Arrays have shape (n,) and cannot be written to.  ``len``, iteration and indexing go over
+    points, as NumPy's does: ``branch[i]`` is the `Equilibrium` there, ``branch[a:b]``,
+    ``branch[branch.pressure > 5e4]`` and ``branch[[0, 4, 8]]`` are branches.
 
     Parameters
     ----------
@@ -81,6 +85,8 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
         has parts or functions of the reader's own.
     angle : ndarray or None
         theta at the tip [rad] of a scene, whose amplitude counts from the wall or is that of a middle.
+    cuts : tuple of int
+        Rows that do not go on from the row before, of a selection that leaves out what is between.
     """
 
     #: Some 40 000 points of three phases each.
@@ -109,6 +115,7 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     flutter: np.ndarray | None = None
     scene: Scene | str | None = field(default=None, repr=False)
     angle: np.ndarray | None = field(default=None, repr=False)
+    cuts: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         for name in (*COLUMNS, "state"):
@@ -116,6 +123,8 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
         for name in OPTIONAL:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, read_only(getattr(self, name)))
+        special = tuple(p if p.rod is self.rod else replace(p, rod=self.rod) for p in self.special_points)
+        object.__setattr__(self, "special_points", special)
 
     # --- numbers along the branch -------------------------------------------------------
 
@@ -154,11 +163,14 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
 
     @property
     def pieces(self) -> tuple[slice, ...]:
-        """Stretches without a gap: several where a branch leaves its window of lambda and comes back."""
+        """Stretches without a gap: several where a branch leaves its window of lambda and comes back.
+
+        Of a selection also where it leaves out what is between.
+        """
         borders = self.options.get("lam", ())
         at_border = np.isin(self.lam, borders)
         again = np.flatnonzero((self.lam[:-1] == self.lam[1:]) & at_border[:-1]) + 1
-        edges = [0, *again.tolist(), len(self)]
+        edges = [0, *sorted({*again.tolist(), *self.cuts}), len(self)]
         return tuple(slice(a, b) for a, b in pairwise(edges))
 
     # --- points -------------------------------------------------------------------------
@@ -166,10 +178,26 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     def __len__(self) -> int:
         return len(self.lam)
 
-    def __getitem__(self, which: int | slice) -> Any:
-        if isinstance(which, slice):
-            return self._sliced(which)
-        return equilibrium_at(self, range(len(self))[which])
+    def __getitem__(self, which: Any) -> Any:
+        rows = self._rows(which)
+        return self._selected(rows, self._cuts(which, rows)) if rows.ndim else equilibrium_at(self, int(rows))
+
+    def _rows(self, which: Any) -> np.ndarray:
+        """Return the row, or the rows, that an index means to NumPy."""
+        rows = np.asarray(np.arange(len(self))[which])
+        if rows.ndim > 1:
+            raise IndexError("a branch has one axis")
+        return rows
+
+    def _cuts(self, which: Any, rows: np.ndarray) -> tuple[int, ...]:
+        """Return where some rows do not go on from those before."""
+        owner = np.zeros(len(self), dtype=int)
+        for number, piece in enumerate(self.pieces):
+            owner[piece] = number
+        parted = np.diff(owner[rows]) != 0
+        if np.asarray(which).dtype == bool:
+            parted |= np.diff(rows) > 1
+        return tuple((np.flatnonzero(parted) + 1).tolist())
 
     def __iter__(self) -> Iterator[Any]:
         return (self[i] for i in range(len(self)))
@@ -189,11 +217,73 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
         """
         return discretised(self, i)
 
-    def _sliced(self, which: slice) -> Branch:
-        rows = range(len(self))[which]
-        place = {row: i for i, row in enumerate(rows)}
+    def at(
+        self,
+        *,
+        pressure: Any = None,
+        length: Any = None,
+        pressure_ratio: float | None = None,
+        length_ratio: float | None = None,
+        lam: float | None = None,
+        alpha1: float | None = None,
+        tip_angle: float | None = None,
+        state: str | None = None,
+        near: Any = None,
+        tol: float = 1e-8,
+    ) -> list[Equilibrium]:
+        """Return every state of the branch at a given number, in order along it, each solved for.
+
+        Parameters
+        ----------
+        pressure, length : float or str, optional
+            In the rod's units [Pa, m], or with one, as "60 kPa".
+        pressure_ratio, length_ratio, lam, alpha1, tip_angle : float, optional
+            One of these in their place; `tip_angle` in rad.
+        state : str, optional
+            Of these only the "middle", "lower", "unfolded", "folded" ... ones.
+        near : float, str or Equilibrium, optional
+            Of these only the one whose answer is nearest: a length at a given pressure; at a given length, or
+            tip angle, a pressure; alpha1 where the branch has no rod.
+        tol : float
+            For error and certificate of each.
+
+        Returns
+        -------
+        list of Equilibrium
+            One with ``near``, else one for each crossing.
+
+        Raises
+        ------
+        InvalidInput
+            If not one number is given, it has no such unit, or the branch carries no solutions.
+        NoEquilibrium
+            If the branch does not take the value, or not in this state; ``nearest`` is one that it takes.
+        NotConverged, NotCertified
+            If a state cannot be solved for to ``tol``; right at a fold it is ill-conditioned.
+
+        Examples
+        --------
+        >>> from peel_opt import Rod, trace
+        >>> [eq.state for eq in trace(Rod.from_ratio(1.0)).at(pressure=0.2)]
+        ['lower', 'folded']
+        """
+        numbers = {
+            "pressure": pressure,
+            "length": length,
+            "pressure_ratio": pressure_ratio,
+            "length_ratio": length_ratio,
+            "lam": lam,
+            "alpha1": alpha1,
+            "tip_angle": tip_angle,
+        }
+        tol = positive("tol", tol)
+        with one_thread:
+            return states_at(self, numbers, state, near, tol)
+
+    def _selected(self, rows: np.ndarray, cuts: tuple[int, ...]) -> Branch:
+        place = {row: i for i, row in reversed(list(enumerate(rows.tolist())))}
         kept = tuple(replace(p, index=place[p.index]) for p in self.special_points if p.index in place)
-        columns = {name: getattr(self, name)[which] for name in (*COLUMNS, "state")}
+        columns = {name: getattr(self, name)[rows] for name in (*COLUMNS, "state")}
         solutions = self.solutions
         if solutions is not None:
             solutions = replace(
@@ -204,8 +294,8 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
             )
         for name in OPTIONAL:
             column = getattr(self, name)
-            columns[name] = None if column is None else column[which]
-        return replace(self, **columns, special_points=kept, solutions=solutions, ended="slice")
+            columns[name] = None if column is None else column[rows]
+        return replace(self, **columns, special_points=kept, solutions=solutions, cuts=cuts, ended="slice")
 
     def special(self, kind: str) -> tuple[SpecialPoint, ...]:
         """Special points of one kind, in order along the branch; none where the branch has none of them.
@@ -313,8 +403,11 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
             lines.append(
                 f"├─ error up to {self.error.max():.1e}, certificate up to {self.certificate.max():.1e}"
             )
+        with_units = self.rod is not None and not self.rod.dimensionless
         lines += [
-            f"├─ {p.kind:<11} p/T0 = {p.pressure_ratio:.9g}, sbar/eta = {p.length_ratio:.9g},"
+            f"├─ {p.kind:<11} "
+            + (f"p = {p.pressure:.8g} Pa, sbar = {p.length:.8g} m, " if with_units else "")
+            + f"p/T0 = {p.pressure_ratio:.9g}, sbar/eta = {p.length_ratio:.9g},"
             f" lambda = {p.lam:.9g}, alpha1 = {p.alpha1:.9g} ({p.status})"
             for p in self.special_points
         ]

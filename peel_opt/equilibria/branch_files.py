@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.records import Column, Table, array, entries, titled
+from ..base.records import Column, Table, array, entries
 from ..model.law_samples import samples
 from ..model.rod import Units, rod_from
 from .branch_parts import COLUMNS, OPTIONAL, Solutions, SpecialPoint, Trivial
@@ -58,7 +57,7 @@ def branch_arrays(branch: Branch) -> dict[str, np.ndarray]:
 def branch_table(branch: Branch, head: Mapping[str, Any]) -> Table:
     """Return the points: with a rod pressures, lengths and heights in its units first, then the groups."""
     notes = {key: value for key, value in head.items() if key != "special_points"}
-    points = (("special point", point) for point in head["special_points"])
+    points = (("special point", point.numbers | point.in_units) for point in branch.special_points)
     return Table([*notes.items(), *points], _columns(branch))
 
 
@@ -66,11 +65,7 @@ def special_rows(branch: Branch) -> list[dict[str, Any]]:
     """Return the special points for people, with a rod in its units."""
     rows = []
     for point in branch.special_points:
-        row: dict[str, Any] = {"special point": point.kind}
-        if branch.rod is not None:
-            units = Units.of(branch.rod)
-            row |= {titled("pressure", units.pressure): branch.rod.pressure(point.pressure_ratio)}
-            row |= {titled("length", units.length): branch.rod.length(point.length_ratio)}
+        row: dict[str, Any] = {"special point": point.kind} | point.in_units
         names = ("pressure_ratio", "length_ratio", "lam", "alpha1", "error")
         rows.append(row | {name: getattr(point, name) for name in names} | {"status": point.status})
     return rows
@@ -95,11 +90,13 @@ def branch_head(branch: Branch) -> dict[str, Any]:
     head |= {"held": branch.held, "options": branch.options, **Units.of(branch.rod).rod(branch.rod)}
     if branch.solutions is not None:
         head["transcription"] = branch.solutions.transcription
-    head["special_points"] = [asdict(point) for point in branch.special_points]
+    if branch.cuts:
+        head["cuts"] = list(branch.cuts)
+    head["special_points"] = [point.numbers for point in branch.special_points]
     if branch.scene is not None:
         head |= scene_head(branch.scene)
     if branch.trivial is not None:
-        head["trivial.special_points"] = [asdict(point) for point in branch.trivial.special_points]
+        head["trivial.special_points"] = [point.numbers for point in branch.trivial.special_points]
     return head
 
 
@@ -138,8 +135,17 @@ def branch_parts(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[st
         "special_points": tuple(_specials(head["special_points"], *shape)),
         "trivial": trivial,
         "solutions": _solutions(head, arrays, *shape) if "phases" in arrays else None,
+        "cuts": _cuts(head, *shape),
         **_stability(arrays, *shape, head["schema_version"]),
     }
+
+
+def _cuts(head: dict[str, Any], count: int) -> tuple[int, ...]:
+    """Return where a selection of rows begins anew; most branches are in one piece, and say nothing."""
+    cuts = head.get("cuts", [])
+    if not isinstance(cuts, list) or not all(isinstance(cut, int) and 0 < cut < count for cut in cuts):
+        raise ValueError("cuts are no rows of the branch")
+    return tuple(cuts)
 
 
 def _stability(arrays: dict[str, np.ndarray], count: int, version: int) -> dict[str, Any]:
@@ -171,7 +177,7 @@ def _solutions(head: dict[str, Any], arrays: dict[str, np.ndarray], count: int) 
 
 
 #: Fields of a special point that are numbers.
-_NUMBERS = tuple(f.name for f in fields(SpecialPoint) if f.name not in ("kind", "status", "bracket", "index"))
+_NUMBERS = ("beta0", "lam", "alpha1", "pressure_ratio", "length_ratio", "error")
 
 
 def _specials(stored: Any, count: int) -> Iterator[SpecialPoint]:

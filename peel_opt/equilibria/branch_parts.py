@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
 from ..base.arrays import Columns, read_only
+from ..base.records import titled
 from ..model.bond import CohesiveLaw
 from ..model.equations import SCALARS
+from ..model.rod import Rod, Units
 from ..residual.discretisation import Transcription
 
 #: Columns of a branch: what is stored, in CSV and NPZ as well.
@@ -42,6 +45,8 @@ class SpecialPoint:
         How far it may be from its place on the exact branch, in the metric of the arclength: what a
         finer mesh moves it by, along the branch and across, with the bracket and rounding.  At a fold
         the number that folds is better than that by far, the others are not.  Infinite if it is not known.
+    rod : Rod, optional
+        That of its branch, in whose units are `pressure` and `length`.
     """
 
     kind: str
@@ -54,6 +59,33 @@ class SpecialPoint:
     pressure_ratio: float
     length_ratio: float
     error: float = math.inf
+    rod: Rod | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def pressure(self) -> float:
+        """Pressure [Pa]; without a rod alpha, as along its branch."""
+        return self.beta0 + self.alpha1 if self.rod is None else self.rod.pressure(self.pressure_ratio)
+
+    @property
+    def length(self) -> float:
+        """Detached length [m]; without a rod over eta."""
+        return self.length_ratio if self.rod is None else self.rod.length(self.length_ratio)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """All that is said of it but the rod, as files have it."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "rod"}
+
+    @property
+    def in_units(self) -> dict[str, float]:
+        """Pressure and length in the units of the rod, which the names have; nothing without one."""
+        if self.rod is None:
+            return {}
+        units = Units.of(self.rod)
+        return {
+            titled("pressure", units.pressure): self.pressure,
+            titled("length", units.length): self.length,
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False)

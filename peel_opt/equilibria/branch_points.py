@@ -33,6 +33,9 @@ Taken = TypeVar("Taken", bound="Branch")
 
 _TRANSCRIPTIONS: dict[str, type[Transcription]] = {c.__name__: c for c in (Spectral, Collocation, Shooting)}
 
+#: Why a branch that was read from a file may have no states.
+NO_SCENE = "the file of this branch does not hold its scene, of which a part is code of your own."
+
 
 def law_of(branch: Branch) -> CohesiveLaw:
     """Return the law a branch was traced with.
@@ -151,10 +154,7 @@ def equilibrium_at(branch: Branch, i: int) -> Equilibrium:
         length, pressure = float(branch.length[i]), float(branch.pressure[i])
         return solve(branch.scene, free="pressure", length=length, near=pressure)
     if branch.scene is not None:
-        raise InvalidInput(
-            "the file of this branch does not hold its scene, of which a part is code of your own.",
-            remedy="Trace the scene again.",
-        )
+        raise InvalidInput(NO_SCENE, remedy="Trace the scene again.")
     problem, x = discretised(branch, i)
     if branch.rod is None:
         posed = Question.at_groups(law_of(branch), float(branch.beta0[i]), float(branch.lam[i]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class FoldCurve(AmplitudeGroups[np.ndarray], Tabled):
 
     def _table(self) -> Table:
         names = ("beta0", "lam", "alpha1", "arclength", "error")
-        points = (("special point", asdict(point)) for point in self.special_points)
+        points = (("special point", point.numbers) for point in self.special_points)
         return Table(points, {name: Column(getattr(self, name)) for name in names})
 
     def __repr__(self) -> str:

@@ -59,10 +59,10 @@ class SceneTrace(Branch):
             raise InvalidInput("this branch carries no solutions.", remedy="Trace it again.")
         return self.points[i].problem, self.points[i].x
 
-    def _sliced(self, which: slice) -> SceneTrace:
-        sliced = super()._sliced(which)
-        assert isinstance(sliced, SceneTrace)
-        return replace(sliced, points=self.points[which])
+    def _selected(self, rows: np.ndarray, cuts: tuple[int, ...]) -> SceneTrace:
+        chosen = super()._selected(rows, cuts)
+        assert isinstance(chosen, SceneTrace)
+        return replace(chosen, points=tuple(self.points[i] for i in rows) if self.points else ())
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"family": None, "points": ()}  # compiled functions do not travel

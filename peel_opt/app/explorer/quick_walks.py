@@ -124,9 +124,18 @@ def _drawn(walks: tuple[PrimaryBranch, ...], counts: tuple[int, ...], rod: Rod |
 
 def _special(branch: Branch, kind: str, status: str, arclength: float, error: float) -> SpecialPoint:
     i = int(np.argmin(np.abs(branch.arclength - arclength)))
-    names = ("beta0", "lam", "alpha1", "pressure_ratio", "length_ratio")
-    groups = {name: float(getattr(branch, name)[i]) for name in names}
-    return SpecialPoint(kind, status, (arclength, arclength), i, error=error, **groups)
+    return SpecialPoint(
+        kind,
+        status,
+        (arclength, arclength),
+        i,
+        beta0=float(branch.beta0[i]),
+        lam=float(branch.lam[i]),
+        alpha1=float(branch.alpha1[i]),
+        pressure_ratio=float(branch.pressure_ratio[i]),
+        length_ratio=float(branch.length_ratio[i]),
+        error=error,
+    )
 
 
 def _interpolation_error(s: np.ndarray, x: np.ndarray, dx: np.ndarray) -> float:
