@@ -91,7 +91,8 @@ class QuestionTable(CardTable):
         return self.model_dump(exclude={"name", "tol", "method"}, exclude_none=True)
 
     @property
-    def _is_of_a_flaw(self) -> bool:
+    def is_of_a_flaw(self) -> bool:
+        """Whether it asks for a critical flaw or a safe pressure, and not for one state."""
         return self.flaw is not None or self.free == FLAW
 
     @model_validator(mode="after")
@@ -101,7 +102,7 @@ class QuestionTable(CardTable):
             raise InvalidInput("give one of pressure, pressure_ratio, length and length_ratio, not several.")
         if self.flaw is not None and (given or self.free):
             raise InvalidInput(f"flaw asks for the pressure that is safe, beside no {[*given, 'free'][0]}.")
-        if self._is_of_a_flaw:
+        if self.is_of_a_flaw:
             if self.free == FLAW and (len(given) != 1 or measures[0] is LENGTH):
                 raise InvalidInput("free = 'flaw' asks for the critical one at a pressure: give that alone.")
             for name in ("state", "near", "tol", "method"):
@@ -143,7 +144,7 @@ class QuestionTable(CardTable):
         """
         if isinstance(problem, GroupsTable):
             return self._posed_in_groups(problem)
-        if self._is_of_a_flaw:
+        if self.is_of_a_flaw:
             return self._posed_of_a_flaw(problem)
         if isinstance(problem, Scene):
             return self._posed_of_a_scene(problem)

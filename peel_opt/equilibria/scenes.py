@@ -436,12 +436,12 @@ def answered(
     """
     mesh, given = method.transcription, question.closures
     assert mesh is not None
-    problem, first = _corrected(question.transcription(mesh), profile, given, method.ipopt)
+    problem, first, evaluations = _corrected(question.transcription(mesh), profile, given, method.ipopt)
     refinements, iterations, before = 0, first.iterations, 0.0
     while True:
         refinements += 1
-        fine, second = _corrected(problem.settings.refined(), problem.profile(first.x), given)
-        iterations += second.iterations
+        fine, second, looks = _corrected(problem.settings.refined(), problem.profile(first.x), given)
+        iterations, evaluations = iterations + second.iterations, evaluations + looks
         kept, solved = (fine, second) if method.adaptive else (problem, first)
         at = Linearised.at(kept, solved.x, *given)
         own = response_to(at, solved.update, question.weights(kept, solved.x), question.read(kept, solved.x))
@@ -467,6 +467,7 @@ def answered(
         method=f"{kept.settings.mesh!r}",
         seconds=time.perf_counter() - began,
         iterations=iterations,
+        evaluations=evaluations,
         unknowns=kept.size,
         refinements=refinements,
         path_points=walked,
@@ -480,11 +481,14 @@ def _corrected(
     profile: SceneProfile,
     given: tuple[Closure, ...],
     ipopt: Ipopt | None = None,
-) -> tuple[SceneDiscretisation, Correction]:
-    """Solve from a profile: by Newton's method, or by IPOPT and what Newton's has left to do."""
+) -> tuple[SceneDiscretisation, Correction, int]:
+    """Solve from a profile: by Newton's method, or by IPOPT and what Newton's has left to do.
+
+    The third is how often the equations were evaluated.
+    """
     plan = scene_layout(profile)
     problem = transcription.discretise(plan.phases)
-    start, before = problem.pack(profile.rephased(plan.breaks)), 0
+    start, before, looks = problem.pack(profile.rephased(plan.breaks)), 0, 0
     if ipopt is not None:
         solved = programme.solve(problem, start, given, ipopt)
         if not solved.solved:
@@ -493,7 +497,7 @@ def _corrected(
                 f" on {transcription.mesh!r} with {problem.size} unknowns of the scene.",
                 remedy="Try a finer mesh, or method='spectral'.",
             )
-        start, before = solved.x, solved.iterations
+        start, before, looks = solved.x, solved.iterations, solved.evaluations
     result = correct(problem, start, given)
     if not result.converged:
         raise NotConverged(
@@ -501,7 +505,8 @@ def _corrected(
             f" (last relative update {result.step:.1e}).",
             remedy="Move the given number a little.",
         )
-    return problem, replace(result, iterations=result.iterations + before)
+    every = looks + result.iterations
+    return problem, replace(result, iterations=result.iterations + before), every
 
 
 def _difference(

@@ -215,7 +215,8 @@ def refuse_scene(subject: object, path: str | None) -> None:
     if isinstance(subject, Scene):
         raise InvalidInput(
             f"card {path!r} has a [scene], which this command does not cover.",
-            remedy="Ask about it with peel-opt run, pressure, length, solve, trace, sweep or hysteresis.",
+            remedy="Ask about it with peel-opt run, pressure, length, solve, trace, hysteresis, sweep,"
+            " uncertainty or tradeoff.",
         )
 
 

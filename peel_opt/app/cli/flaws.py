@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from ...base.errors import InvalidInput
 from .common import (
@@ -13,14 +14,18 @@ from .common import (
     chosen,
     law_option,
     output_options,
-    rod_from,
+    refuse_scene,
     rod_options,
     say,
     say_written,
     shown_units,
+    subject_from,
     units_option,
 )
 from .files import named, out_files
+
+if TYPE_CHECKING:
+    from ...model.rod import Rod
 
 
 def add_commands(command: AddCommand) -> None:
@@ -44,7 +49,7 @@ def _flaw(arguments: argparse.Namespace) -> int:
     from ..flaw_report import flaw_table, flaws_record, limits_of, write_chart
     from ..report import as_json
 
-    rod, shown, law = rod_from(arguments), shown_units(arguments), chosen(arguments, "law")
+    rod, shown, law = _rod(arguments), shown_units(arguments), chosen(arguments, "law")
     questions: list[dict[str, Any]] = []
     if arguments.flaw is not None:
         questions.append({"flaw": arguments.flaw})
@@ -81,3 +86,15 @@ def _flaw(arguments: argparse.Namespace) -> int:
         say(flaw_table(rod, found, least, chart, shown))
     say_written(files, arguments)
     return OK
+
+
+def _rod(arguments: argparse.Namespace) -> Rod:
+    """Return the rod that is described, or that of a card whose scene is an edge without glue."""
+    from ...model.scene import Scene
+
+    subject = subject_from(arguments)
+    if isinstance(subject, Scene) and subject.law == "auto" and replace(subject, unbonded=0.0).is_plain:
+        return subject.rod
+    refuse_scene(subject, arguments.card)
+    assert not isinstance(subject, Scene)
+    return subject

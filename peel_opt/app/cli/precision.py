@@ -16,11 +16,10 @@ from .common import (
     chosen,
     complain,
     output_options,
-    refuse_scene,
-    rod_from,
     rod_options,
     say,
     say_written,
+    subject_from,
     tolerance,
 )
 from .files import named, out_files
@@ -109,8 +108,8 @@ def _questions(arguments: argparse.Namespace) -> list[_Posed]:
         question = as_question(**asked)
         return [(question.label(groups), question.pose(groups))]
     if given:
-        question, rod = as_question(**asked), rod_from(arguments)
-        return [(question.label(rod), question.pose(rod))]
+        question, subject = as_question(**asked), subject_from(arguments)
+        return [(question.label(subject), question.pose(subject))]
     if arguments.card is None:
         raise InvalidInput("give --length or --pressure; only a card brings its own questions.")
     if asked:
@@ -119,10 +118,14 @@ def _questions(arguments: argparse.Namespace) -> list[_Posed]:
         )
     rod_ways = (arguments.k, arguments.T0, arguments.y0, arguments.ratio)
     if any(value is not None for value in rod_ways):
-        rod_from(arguments)  # says that a card and another rod exclude each other
+        subject_from(arguments)  # says that a card and another rod exclude each other
     card = load_card(arguments.card)
-    refuse_scene(card.problem, arguments.card)
-    return [
-        (label, question.pose(card.problem))
-        for label, question in zip(card.labels(), card.questions, strict=True)
+    named = list(zip(card.labels(), card.questions, strict=True))
+    posed: list[_Posed] = [
+        (label, question.pose(card.problem)) for label, question in named if not question.is_of_a_flaw
     ]
+    for label, _ in (pair for pair in named if pair[1].is_of_a_flaw):
+        complain(f"{label}: left out, for a snap is found in one way only")
+    if not posed:
+        raise InvalidInput(f"card {arguments.card!r} has no question that several methods answer.")
+    return posed

@@ -14,7 +14,6 @@ from .common import (
     OK,
     AddCommand,
     answer_options,
-    card_rod,
     card_subject,
     chosen,
     complain,
@@ -26,6 +25,7 @@ from .common import (
 from .files import Files, named, out_files
 
 if TYPE_CHECKING:
+    from ...base.units import Kind
     from ...model.rod import Rod
     from ...model.scene import Scene
 
@@ -91,7 +91,9 @@ A spread follows its value: a standard deviation "+- 10 %" or "+- 2 uN m", by de
 distribution; "+- 10 % lognormal"; "+- 10 % uniform" and "20 uN m .. 26 uN m" for even ones:
   peel-opt uncertainty --k "23 uN m +- 10 %" --T0 "140 kPa +- 5 %" --y0 "0.73 mm" --pressure "60 kPa"
   peel-opt uncertainty --card problems/office_tape.toml --k "+- 20 % lognormal" --length "0.9 mm +- 10 um"
-Without a pressure or a length: the readhesion pressure and the length at the Maxwell point.
+Numbers of a card's [scene] may be uncertain, too:
+  peel-opt uncertainty --card problems/tape_in_stream.toml --spread "unbonded=+- 10 %" --pressure "20 kPa"
+Without a pressure or a length, of a rod: the readhesion pressure and the length at the Maxwell point.
 """
 
 
@@ -104,6 +106,13 @@ def _add_uncertainty(command: AddCommand) -> None:
         "--k, --T0 and --y0, or --card; spreads alone with --card",
         examples=("23 uN m +- 10 %", "140 kPa +- 5 %", "0.7 mm .. 0.8 mm"),
         ratio="",
+    )
+    sub.add_argument(
+        "--spread",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a number of the card's [scene], such as 'unbonded=0.5 mm +- 10 %%'; may be repeated",
     )
     sub.add_argument("--pressure", metavar="VALUE", help="for the length; such as '60 kPa +- 2 kPa'")
     sub.add_argument("--length", metavar="VALUE", help="for the pressure; such as '1.9 mm +- 50 um'")
@@ -129,15 +138,15 @@ def _uncertainty(arguments: argparse.Namespace) -> int:
     from ...studies.uncertainty.run import uncertainty
     from ..report import as_json
 
-    rod, given, spread = _uncertain(arguments)
+    subject, given, spread = _uncertain(arguments)
     files = out_files(arguments)
-    asked = {"rod": rod, "given": given, "spread": spread} | chosen(arguments, "law", "state")
+    asked = {"rod": subject, "given": given, "spread": spread} | chosen(arguments, "law", "state")
     stem = named("samples", arguments)
     pictures = [named(name, arguments) + ".png" for name in (*GIVEN, *LIMITS) if files.pictures]
     files.claim({"uncertainty": asked}, f"{stem}.csv", *pictures)
     names = ("of", "law", "state", "method", "tol", "workers", "samples", "seed")
     options = chosen(arguments, *names) | given
-    found = uncertainty(rod, spread, indices=not arguments.no_indices, **options)
+    found = uncertainty(subject, spread, indices=not arguments.no_indices, **options)
     say(as_json(found.record()) if arguments.json else repr(found))
     if files:
         found.to_csv(files.folder / f"{stem}.csv")
@@ -150,14 +159,16 @@ def _uncertainty(arguments: argparse.Namespace) -> int:
     return OK
 
 
-def _uncertain(arguments: argparse.Namespace) -> tuple[Rod, dict[str, float], dict[str, str]]:
-    """Return the nominal rod, what is given, and the spreads as texts."""
+def _uncertain(arguments: argparse.Namespace) -> tuple[Rod | Scene, dict[str, float], dict[str, str]]:
+    """Return the nominal rod or scene, what is given, and the spreads as texts."""
     from ...base.checks import parse
     from ...base.units import NUMBER
     from ...model.rod import Rod
+    from ...model.scene import Scene
     from ...studies.uncertainty.inputs import KINDS, middle, split
 
-    base = None if arguments.card is None else card_rod(arguments.card)
+    card = None if arguments.card is None else card_subject(arguments.card)
+    base = card.rod if isinstance(card, Scene) else card
     plain = base is not None and base.dimensionless
     spread: dict[str, str] = {}
 
@@ -182,13 +193,38 @@ def _uncertain(arguments: argparse.Namespace) -> tuple[Rod, dict[str, float], di
         raise InvalidInput(f"a rod needs the value of {' and '.join(missing)} too.", remedy="Or give --card.")
     rod = Rod(*(numbers[name] if name in numbers else getattr(base, name) for name in MATERIAL.values()))
     given = values({name: name for name in GIVEN}, _own_units(rod))
+    subject = _scene_values(card, rod, arguments.spread, spread)
     if lost := [name for name in spread if name in GIVEN and name not in given]:
         raise InvalidInput(f"--{lost[0]} has a spread but no value.")
     if not spread:
         raise InvalidInput(
             "nothing is uncertain.", remedy="A spread follows its value: --k '23 uN m +- 10 %'."
         )
-    return rod, given, spread
+    return subject, given, spread
+
+
+def _scene_values(
+    card: Rod | Scene | None, rod: Rod, texts: list[str], spread: dict[str, str]
+) -> Rod | Scene:
+    """Return the rod, or the scene of a card with it and with numbers of its own; note their spreads."""
+    from ...base.checks import parse
+    from ...model.renumbered import renumbered
+    from ...model.scene import Scene
+    from ...studies.uncertainty.inputs import middle, split
+
+    given = _of_the_scene("--spread", card, texts)
+    if not isinstance(card, Scene):
+        return rod
+    numbers = {}
+    for name, (text, kind, own) in given.items():
+        value, around = split(text)
+        if value:
+            numbers[name] = parse(f"--spread {name}", value, kind, own=own, signed=True)
+        elif ".." in around:
+            numbers[name] = middle(f"--spread {name}", around, kind, signed=True)
+        if around:
+            spread[name] = around
+    return renumbered(card, numbers, rod)
 
 
 def _own_units(rod: Rod) -> dict[str, dict[str, float]]:
@@ -292,28 +328,38 @@ def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | Scene | 
 
 def _scene_axes(subject: Rod | Scene | None, texts: list[str]) -> dict[str, Any]:
     """Return the axes that are numbers of a scene."""
-    from ...model.scene import Scene
     from ...studies.sweep.ranges import parse_range
+
+    return {
+        name: parse_range(f"--axis {name}", text, kind, own=own, signed=True)
+        for name, (text, kind, own) in _of_the_scene("--axis", subject, texts).items()
+    }
+
+
+def _of_the_scene(
+    flag: str, subject: Rod | Scene | None, texts: list[str]
+) -> dict[str, tuple[str, Kind, dict[str, float]]]:
+    """Return what NAME=VALUE texts say of numbers of a scene: value, its kind, and the units of the rod."""
+    from ...model.scene import Scene
     from ..card_tables import own_units
     from ..scene_table import kind_of
 
     if not texts:
         return {}
     if not isinstance(subject, Scene):
-        raise InvalidInput("--axis names a number of a scene.", remedy="Give a --card that has a [scene].")
-    found: dict[str, Any] = {}
+        raise InvalidInput(f"{flag} names a number of a scene.", remedy="Give a --card that has a [scene].")
+    found: dict[str, tuple[str, Kind, dict[str, float]]] = {}
     for name, equals, value in (text.partition("=") for text in texts):
         if not equals or (name := name.strip()) not in subject.dimensions:
             raise InvalidInput(
-                f"--axis {name}{equals}{value} names no number of the scene.",
+                f"{flag} {name}{equals}{value} names no number of the scene.",
                 remedy=f"Write NAME=VALUE with one of {', '.join(subject.dimensions) or 'none'}; a number"
                 " that is zero must stand on the card, with any size.",
             )
         if name in found:
-            raise InvalidInput(f"--axis {name} is given twice.")
+            raise InvalidInput(f"{flag} {name} is given twice.")
         dimension, rod = subject.dimensions[name], subject.rod
-        own = own_units(rod, dimension.unit)
-        found[name] = parse_range(f"--axis {name}", value, kind_of(rod, dimension), own=own, signed=True)
+        found[name] = value, kind_of(rod, dimension), own_units(rod, dimension.unit)
     return found
 
 

@@ -53,7 +53,7 @@ def tradeoff(
         ``functools.partial(length_given_pressure, rod, 0.2)``, or a card with one question.
     methods : sequence
         Anything ``method=`` takes, and "solve_bvp": SciPy's solver with the Jacobian by hand,
-        started from the state the others are started from.
+        started from the state the others are started from.  Like the series it knows the paper's scene only.
     tols : sequence of float
     repeats : int
         Timed calls, after one that is not.
@@ -91,7 +91,8 @@ def tradeoff(
             f"there is no reference to compare with: {reference.message or reference!r:.200}",
             remedy="Ask something that method='spectral' answers.",
         )
-    peer = BvpPeer.of(reference) if PEER in methods and reference.law in ("linear", "cohesive") else None
+    known = reference.scene is None and reference.law in ("linear", "cohesive")
+    peer = BvpPeer.of(reference) if PEER in methods and known else None
     rows = []
     with progressing("run", len(methods) * len(tols), progress) as step:
         for method, tol in product(methods, tols):
@@ -143,7 +144,7 @@ def _own_run(
 def _peer_run(peer: BvpPeer | None, tol: float) -> Callable[[], _Outcome]:
     def run() -> _Outcome:
         if peer is None:
-            raise InvalidInput("this comparison knows the linear law and law (8) only.")
+            raise InvalidInput("it knows the paper's scene under the linear law and law (8) only.")
         found = peer.solve(tol)
         return found.answer, {
             "iterations": float(found.iterations),

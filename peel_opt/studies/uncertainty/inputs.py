@@ -207,9 +207,9 @@ def split(text: str) -> tuple[str, str]:
     return value.strip(), spread.strip()
 
 
-def middle(name: str, text: str, kind: Kind) -> float:
+def middle(name: str, text: str, kind: Kind, *, signed: bool = False) -> float:
     """Return the middle of a range "20 uN m .. 26 uN m"."""
-    return 0.5 * sum(_ends(name, text, kind))
+    return 0.5 * sum(_ends(name, text, kind, signed))
 
 
 def _ends(name: str, text: str, kind: Kind, signed: bool = False) -> list[float]:
