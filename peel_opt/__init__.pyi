@@ -45,6 +45,9 @@ from .base.errors import (
     CardError as CardError,
 )
 from .base.errors import (
+    CardWarning as CardWarning,
+)
+from .base.errors import (
     Infeasible as Infeasible,
 )
 from .base.errors import (

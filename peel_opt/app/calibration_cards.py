@@ -1,29 +1,4 @@
-"""Calibration cards: measurements in CSV files beside the card, and what to fit to them.
-
-::
-
-    title = "Flap in a test rig"
-    note = "..."
-
-    [rod]                                   # known numbers, and where to start with the free ones
-    bending_stiffness = "23 uN m"
-    adhesion_strength = "100 kPa"
-    adhesion_range = "1 mm"
-
-    [sources]                               # of the known numbers, as in a problem card
-    bending_stiffness = "three-point bending"
-
-    [calibration]
-    free = ["adhesion_strength", "adhesion_range"]
-    level = 0.95                            # also state, loss and loss_scale
-
-    [[pairs]]
-    file = "calibrate_flap.csv"             # beside the card; see peel_opt.studies.calibrate.read
-    pressure_sd = "0.5 kPa"                 # also length_sd and state, for files without the column
-
-    [[shapes]]
-    file = "shape.csv"                      # x, y and sd
-    pressure = "60 kPa"                     # also length, their _sd, sd, state, free_origin and tip
+"""Calibration cards: measurements in CSV files beside the card, and what to fit to them; see docs/cards.md.
 
 A card with a table ``[calibration]`` is one of these; ``peel-opt run`` does what it asks for.
 """
@@ -79,11 +54,15 @@ State = Annotated[str, BeforeValidator(partial(known_state, among=OBSERVABLE))]
 class FitTable(CardTable):
     """``[calibration]``: what is free, and how residuals count."""
 
-    free: Annotated[tuple[str, ...], BeforeValidator(_free)] = MATERIAL
-    state: State | None = None
-    loss: Literal["least-squares", "pseudo-huber"] = "least-squares"
-    loss_scale: Number = 1.5
-    level: Number = 0.95
+    free: Annotated[tuple[str, ...], BeforeValidator(_free)] = Field(
+        MATERIAL, description="the numbers of the rod that are fitted"
+    )
+    state: State | None = Field(None, description="that all data show, where their files do not say")
+    loss: Literal["least-squares", "pseudo-huber"] = Field(
+        "least-squares", description="how residuals count; the latter for data with outliers"
+    )
+    loss_scale: Number = Field(1.5, description="of pseudo-huber, in standard deviations")
+    level: Number = Field(0.95, description="probability of the intervals")
 
     @model_validator(mode="after")
     def _level_is_a_probability(self) -> Self:
@@ -94,10 +73,10 @@ class FitTable(CardTable):
 class PairsTable(CardTable):
     """``[[pairs]]``: a file of lengths and pressures."""
 
-    file: File
-    length_sd: Length | None = None
-    pressure_sd: Pressure | None = None
-    state: State | None = None
+    file: File = Field(description="CSV beside the card, with units in its titles")
+    length_sd: Length | None = Field(None, description="standard deviation, for files without the column")
+    pressure_sd: Pressure | None = Field(None, description="standard deviation, for files without the column")
+    state: State | None = Field(None, description="that they show, for files without the column")
 
     def read(self, folder: Path) -> Measurements:
         """Return its rows."""
@@ -109,15 +88,17 @@ class PairsTable(CardTable):
 class ShapeTable(CardTable):
     """``[[shapes]]``: a file of points of one shape, and what was held."""
 
-    file: File
-    sd: Length | None = None
-    pressure: Pressure | None = None
-    length: Length | None = None
-    pressure_sd: Pressure | None = None
-    length_sd: Length | None = None
-    state: State | None = None
-    free_origin: bool = False
-    tip: bool = False
+    file: File = Field(description="CSV beside the card: x, y and sd, with units in its titles")
+    sd: Length | None = Field(
+        None, description="standard deviation of the points, for files without the column"
+    )
+    pressure: Pressure | None = Field(None, description="under which the picture was taken")
+    length: Length | None = Field(None, description="detached length in the picture; one of the two or both")
+    pressure_sd: Pressure | None = Field(None, description="standard deviation; exact if not given")
+    length_sd: Length | None = Field(None, description="standard deviation; exact if not given")
+    state: State | None = Field(None, description="that it shows")
+    free_origin: bool = Field(False, description="whether the position of the picture is fitted as well")
+    tip: bool = Field(False, description="whether the first point is the tip")
 
     def read(self, folder: Path) -> MeasuredShape:
         """Return its points."""
@@ -128,7 +109,7 @@ class ShapeTable(CardTable):
 class CalibrationCard(SourcedCard):
     """A calibration: a rod to start from, measurements, and what to fit.
 
-    Every number of the rod that is not free has a source or an estimate.
+    Every number of the rod that is not free should have a source or an estimate.
 
     Parameters
     ----------
@@ -144,6 +125,16 @@ class CalibrationCard(SourcedCard):
     calibration: FitTable
     pairs: tuple[PairsTable, ...] = ()
     shapes: tuple[ShapeTable, ...] = ()
+
+    @property
+    def given(self) -> set[str]:
+        """Names of all numbers of its rod."""
+        return self.rod_table.model_fields_set
+
+    @property
+    def _read_somewhere(self) -> set[str]:
+        free = set(self.calibration.free)
+        return {name for name in self.given if not FEEDS.get(name, {name}) <= free}
 
     def rod(self) -> Rod:
         """Return the rod with the known numbers, and the start of the free ones."""
@@ -169,12 +160,9 @@ class CalibrationCard(SourcedCard):
     def _hangs_together(self) -> Self:
         if not self.pairs and not self.shapes:
             raise InvalidInput("a calibration card needs an entry under [[pairs]] or [[shapes]].")
-        given = self.rod_table.model_fields_set
-        if "ratio" in given:
+        if "ratio" in self.given:
             raise InvalidInput("a calibration needs a rod with units, not ratio alone.")
-        free = set(self.calibration.free)
-        known = {name for name in given if not FEEDS.get(name, {name}) <= free}
-        self.require_sources(given, known, " is not free and")
+        self.require_sources_of_what_is_given()
         return self
 
 

@@ -5,7 +5,15 @@ from __future__ import annotations
 from functools import partial
 from typing import Annotated, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 
 from ..base.checks import parse
 from ..base.errors import InvalidInput
@@ -24,15 +32,16 @@ def _read_tol(value: object) -> float:
     return tol
 
 
-Pressure = Annotated[float, BeforeValidator(partial(_read, kind=PRESSURE))]
-Length = Annotated[float, BeforeValidator(partial(_read, kind=LENGTH))]
-Stiffness = Annotated[float, BeforeValidator(partial(_read, kind=STIFFNESS))]
-Work = Annotated[float, BeforeValidator(partial(_read, kind=WORK))]
-Mass = Annotated[float, BeforeValidator(partial(_read, kind=MASS))]
-Drag = Annotated[float, BeforeValidator(partial(_read, kind=DRAG))]
-Number = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER))]
-Tolerance = Annotated[float, BeforeValidator(_read_tol)]
-SignedNumber = Annotated[float, BeforeValidator(partial(_read, kind=NUMBER, signed=True))]
+# The kind stands beside the reader, for the page and the templates that are made from the tables.
+Pressure = Annotated[float, PRESSURE, BeforeValidator(partial(_read, kind=PRESSURE))]
+Length = Annotated[float, LENGTH, BeforeValidator(partial(_read, kind=LENGTH))]
+Stiffness = Annotated[float, STIFFNESS, BeforeValidator(partial(_read, kind=STIFFNESS))]
+Work = Annotated[float, WORK, BeforeValidator(partial(_read, kind=WORK))]
+Mass = Annotated[float, MASS, BeforeValidator(partial(_read, kind=MASS))]
+Drag = Annotated[float, DRAG, BeforeValidator(partial(_read, kind=DRAG))]
+Number = Annotated[float, NUMBER, BeforeValidator(partial(_read, kind=NUMBER))]
+Tolerance = Annotated[float, NUMBER, BeforeValidator(_read_tol)]
+SignedNumber = Annotated[float, NUMBER, BeforeValidator(partial(_read, kind=NUMBER, signed=True))]
 
 
 def one_line(text: str) -> str:
@@ -64,16 +73,26 @@ def own_units(rod: Rod, unit: str) -> dict[str, float]:
 class RodTable(CardTable):
     """``[rod]``: k, T0 and y0, given or derived, in SI units, and mass and drag; or eta/y0 alone."""
 
-    bending_stiffness: Stiffness | None = None
-    youngs_modulus: Pressure | None = None
-    thickness: Length | None = None
-    poisson_ratio: SignedNumber | None = None
-    adhesion_strength: Pressure | None = None
-    adhesion_range: Length | None = None
-    work_of_separation: Work | None = None
-    mass_per_area: Mass | None = None
-    drag: Drag | None = None
-    ratio: Number | None = None
+    bending_stiffness: Stiffness | None = Field(
+        None, description="k per unit width; or the next three, k = E h^3 / (12 (1 - nu^2))"
+    )
+    youngs_modulus: Pressure | None = Field(None, description="E of the sheet")
+    thickness: Length | None = Field(None, description="h of the sheet")
+    poisson_ratio: SignedNumber | None = Field(None, description="nu of the sheet")
+    adhesion_strength: Pressure | None = Field(
+        None, description="T0, the largest traction of the bond; two of T0, y0 and G say the third"
+    )
+    adhesion_range: Length | None = Field(None, description="y0, the opening at which the bond lets go")
+    work_of_separation: Work | None = Field(None, description="G = T0 y0 / 2, the area under the traction")
+    mass_per_area: Mass | None = Field(
+        None, description="of the rod and what it carries along; for motions, if it is known"
+    )
+    drag: Drag | None = Field(
+        None, description="force per area and speed; for motions, which take their time from it"
+    )
+    ratio: Number | None = Field(
+        None, description="eta/y0 alone, eta = (k/T0)^(1/3): lengths are in eta then, pressures in T0"
+    )
 
     @classmethod
     def of(cls, numbers: dict[str, float]) -> Self:
@@ -142,9 +161,9 @@ class RodTable(CardTable):
 class GroupsTable(CardTable):
     """``[groups]``: the paper's beta0 and either beta1 or lam = beta1 - pi^4."""
 
-    beta0: SignedNumber
-    beta1: Number | None = None
-    lam: SignedNumber | None = None
+    beta0: SignedNumber = Field(description="T0 sbar^3/k, zero or positive")
+    beta1: Number | None = Field(None, description="T0 sbar^4/(k y0)")
+    lam: SignedNumber | None = Field(None, description="beta1 - pi^4; one of the two")
 
     @model_validator(mode="after")
     def _determines_a_problem(self) -> Self:

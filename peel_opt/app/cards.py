@@ -1,58 +1,14 @@
 """Problem cards: a rod, its sources and the questions about it, as data in a TOML file.
 
-::
-
-    title = "Office tape"
-
-    [rod]                                   # a number without a unit is in SI units
-    youngs_modulus = "1.5 GPa"              # or bending_stiffness = "9.5 uN m"
-    thickness = "40 um"
-    poisson_ratio = 0.4
-    adhesion_strength = "0.5 MPa"           # two of three: T0, adhesion_range = y0, G = T0 y0 / 2
-    work_of_separation = "100 J/m^2"
-    mass_per_area = "50 g/m^2"              # of a motion, if it is known: the mass of the rod and of what
-    drag = "2 kPa s/m"                      # it carries along, and force per area and speed
-
-    [sources]                               # where each number of [rod] was read ...
-    thickness = "data sheet"
-
-    [estimates]                             # ... or how it was estimated: every one of them
-    poisson_ratio = "usual for polymers"    # (and the other three)
-
-    [[questions]]
-    pressure = "0.2 MPa"                    # or pressure_ratio = 0.4: asks for the length
-    [[questions]]
-    length = "0.9 mm"                       # or length_ratio = 3.4: asks for the pressure
-    state = "lower"                         # also law, near, tol, method and name
-
-What acts on the rod beside a uniform pressure, or in its place, stands under ``[scene]``; see
-`scene_table`.  Any of its numbers may be what a question asks for::
-
-    [scene]
-    angle = "90 deg"                        # of a pull at the tip
-
-    [[questions]]
-    free = "force"
-    length = "12 mm"                        # and pressure = ..., if there is one
-    [[questions]]
-    flaw = "0.5 mm"                         # asks for the safe pressure; free = "flaw" for the critical one
-
-How the pressure changes in time stands under ``[history]``, which ``peel-opt history`` follows::
-
-    [history]
-    times = ["0 s", "2 s", "20 s"]          # numbers in c eta/T0 where [rod] has no drag
-    pressures = ["0.5 T0", "0.5 T0", "0 Pa"]
-    bond = "damage"                         # or "no_rebond"; "reversible" if not given
-
-A rod may be known by its ratio alone, ``[rod] ratio = 0.566``, or the paper's groups take its
-place, ``[groups] beta0 = 53.16, beta1 = 113.1``.  In questions the rod's ``y0``, ``eta`` and
-``T0`` are units too: ``length = "5.664 y0"``.
+Tables, keys, units and defaults are those of the models here and in `card_tables`, `scene_table`,
+`history_table` and `questions`; `card_page` makes docs/cards.md of them, `card_templates` first cards.
 """
 
 from __future__ import annotations
 
 import difflib
 import tomllib
+import warnings
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -60,7 +16,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from ..base.errors import CardError, InvalidInput, PeelOptError
+from ..base.errors import CardError, CardWarning, InvalidInput, PeelOptError
 from ..base.files import as_path
 from ..model.rod import Rod
 from ..model.scene import Scene
@@ -81,6 +37,8 @@ class SourcedCard(CardTable):
     title : str
     note : str
         What a reader must know about the answers.
+    source : str
+        Where all numbers are from that are named neither in ``sources`` nor in ``estimates``.
     sources, estimates : dict of str
         By field of the rod: where it was read, or how it was estimated.
     """
@@ -88,10 +46,11 @@ class SourcedCard(CardTable):
     #: Its tables by their headers.
     tables: ClassVar[Mapping[str, type[BaseModel]]] = {}
 
-    title: str
-    note: str = ""
-    sources: dict[str, str] = Field(default_factory=dict)
-    estimates: dict[str, str] = Field(default_factory=dict)
+    title: str = Field(description="what the card is about")
+    note: str = Field("", description="what a reader must know about the answers")
+    source: str = Field("", description="where all numbers are from that have no line of their own below")
+    sources: dict[str, str] = Field(default_factory=dict, description="by key: where a number was read")
+    estimates: dict[str, str] = Field(default_factory=dict, description="by key: how a number was estimated")
 
     @classmethod
     def checked(cls, path: str | Path, content: dict[str, Any]) -> Self:
@@ -101,14 +60,43 @@ class SourcedCard(CardTable):
         ------
         CardError
             If it does not mean anything.
+
+        Warns
+        -----
+        CardWarning
+            If it does not say where its numbers are from.
         """
         try:
-            return cls.model_validate(content)
+            card = cls.model_validate(content)
         except ValidationError as error:
             raise CardError(f"card {str(path)!r}: {explain(error, cls)}") from error
+        if bare := card.unsourced:
+            warnings.warn(
+                f"card {str(path)!r} does not say where {', '.join(bare)} {'is' if len(bare) == 1 else 'are'}"
+                ' from: give a source = "..." for all, or name each under [sources] or [estimates].',
+                CardWarning,
+                stacklevel=3,  # who loads it
+            )
+        return card
 
-    def require_sources(self, given: set[str], needed: set[str], why: str = "") -> None:
-        """Refuse sources of what is not given, and numbers that need one, ``why`` says why, and have none.
+    @property
+    def given(self) -> set[str]:
+        """Names of all numbers that the card gives."""
+        raise NotImplementedError
+
+    @property
+    def _read_somewhere(self) -> set[str]:
+        """Names of the numbers that must be from somewhere."""
+        raise NotImplementedError
+
+    @property
+    def unsourced(self) -> tuple[str, ...]:
+        """Names of the numbers of which nothing says where they were read, or how they were estimated."""
+        named = set(self.sources) | set(self.estimates)
+        return () if self.source.strip() else tuple(sorted(self._read_somewhere - named))
+
+    def require_sources_of_what_is_given(self) -> None:
+        """Refuse sources of other numbers, and two of one.
 
         Raises
         ------
@@ -116,16 +104,10 @@ class SourcedCard(CardTable):
             Naming the first of them.
         """
         for key in (*self.sources, *self.estimates):
-            if key not in given:
+            if key not in self.given:
                 raise InvalidInput(f"[sources] or [estimates] names {key!r}, which the card does not give.")
         if both := sorted(set(self.sources) & set(self.estimates)):
             raise InvalidInput(f"{both[0]} stands in both [sources] and [estimates].")
-        if bare := sorted(needed - set(self.sources) - set(self.estimates)):
-            raise InvalidInput(
-                f"{bare[0]}{why} has neither a source nor an estimate.",
-                remedy=f"Say under [sources] where it was read, or under [estimates] how it was guessed"
-                f" ({len(bare)} missing).",
-            )
 
 
 class Card(SourcedCard):
@@ -153,8 +135,19 @@ class Card(SourcedCard):
     rod_table: RodTable | None = Field(default=None, alias="rod")
     scene_table: SceneTable | None = Field(default=None, alias="scene")
     groups: GroupsTable | None = None
-    history: HistoryTable | None = None
     questions: tuple[QuestionTable, ...] = ()
+    history: HistoryTable | None = None
+
+    @property
+    def given(self) -> set[str]:
+        """Names of all numbers of its rod or groups, and of its scene."""
+        scene = set() if self.scene_table is None else self.scene_table.given
+        return set((self.rod_table or self.groups or self).model_fields_set) | scene
+
+    @property
+    def _read_somewhere(self) -> set[str]:
+        in_si = self.rod_table is not None and self.rod_table.ratio is None
+        return self.given - set(SET) if in_si else set()
 
     def rod(self) -> Rod | None:
         """Return the rod; None for a card in the paper's groups."""
@@ -231,8 +224,6 @@ class Card(SourcedCard):
             raise InvalidInput("a card needs either a [rod] or [groups], and not both.")
         if not self.questions:
             raise InvalidInput("a card needs at least one entry under [[questions]].")
-        given = set((self.rod_table or self.groups or self).model_fields_set)
-        in_si = self.rod_table is not None and self.rod_table.ratio is None
         if self.scene_table is not None:
             if self.rod_table is None:
                 raise InvalidInput("[scene] is of a rod, and this card has [groups].")
@@ -240,8 +231,7 @@ class Card(SourcedCard):
                 self.scene()
             except InvalidInput as error:
                 raise InvalidInput(f"[scene]: {error}") from error
-            given |= self.scene_table.given
-        self.require_sources(given, given - set(SET) if in_si else set())
+        self.require_sources_of_what_is_given()
         if self.history is not None:
             if self.rod_table is None or self.scene_table is not None:
                 raise InvalidInput("[history] is of a [rod] alone: a uniform pressure that changes.")
@@ -273,6 +263,11 @@ def load_card(path: str | Path) -> Card:
     ------
     CardError
         If the file cannot be read or does not mean anything, in one line.
+
+    Warns
+    -----
+    CardWarning
+        If it does not say where its numbers are from.
     """
     content = read_card(path)
     if is_calibration(content):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from ..base.checks import parse
 from ..base.errors import InvalidInput
@@ -21,11 +21,21 @@ class HistoryTable(CardTable):
     they are in T0.
     """
 
-    times: tuple[Any, ...]
-    pressures: tuple[Any, ...]
-    bond: Literal["reversible", "damage", "no_rebond"] | None = None
-    law: Literal["auto", "linear", "cohesive"] | None = None
-    rod_length: Any = None
+    times: Annotated[tuple[Any, ...], TIME] = Field(
+        description="increasing, two at least; numbers in c eta/T0 where [rod] has no drag"
+    )
+    pressures: Annotated[tuple[Any, ...], PRESSURE] = Field(
+        description="at those times, joined by straight lines"
+    )
+    bond: Literal["reversible", "damage", "no_rebond"] | None = Field(
+        None, description="what the bond does once it has let go; reversible if not given"
+    )
+    law: Literal["auto", "linear", "cohesive"] | None = Field(
+        None, description="of the bond; auto is law (8)"
+    )
+    rod_length: Annotated[Any, LENGTH] = Field(
+        None, description="of the rod; one that is long enough if not given"
+    )
 
     @model_validator(mode="after")
     def _has_pairs(self) -> Self:

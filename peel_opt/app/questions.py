@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from ..analysis.unbonded import FlawLimit, critical_flaw, safe_pressure
+from ..base import units
 from ..base.checks import parse
 from ..base.errors import InvalidInput, OutOfRange, PeelOptError
 from ..base.units import KINDS, NUMBER, unit_in
@@ -56,18 +57,31 @@ class QuestionTable(CardTable):
     number that is ``free``.
     """
 
-    name: str = ""
-    free: str | None = None
-    pressure: Any = None
-    pressure_ratio: Number | None = None
-    length: Any = None
-    length_ratio: Number | None = None
-    flaw: Any = None
-    law: Literal["auto", "linear", "cohesive"] | None = None
-    state: Annotated[str, BeforeValidator(partial(known_state, among=_EVERY_STATE))] | None = None
-    near: Any = None
-    tol: Tolerance | None = None
-    method: Annotated[str, BeforeValidator(_known_method)] | None = None
+    name: str = Field("", description="of the answer and its files; what is asked, in words, if not given")
+    free: str | None = Field(
+        None,
+        description="the number of the scene that is asked for, such as force; flaw for the critical one",
+    )
+    pressure: Annotated[Any, units.PRESSURE] = Field(None, description="given; alone it asks for the length")
+    pressure_ratio: Number | None = Field(None, description="the same as p/T0")
+    length: Annotated[Any, units.LENGTH] = Field(
+        None, description="detached length, given; alone it asks for the pressure"
+    )
+    length_ratio: Number | None = Field(None, description="the same as sbar/eta")
+    flaw: Annotated[Any, units.LENGTH] = Field(
+        None, description="length without glue, given; asks for the pressure that is safe"
+    )
+    law: Literal["auto", "linear", "cohesive"] | None = Field(
+        None, description="of the bond; auto is law (8), which is the linear one up to y0"
+    )
+    state: Annotated[str, BeforeValidator(partial(known_state, among=_EVERY_STATE))] | None = Field(
+        None, description=f"which of several states: {', '.join(_EVERY_STATE)}"
+    )
+    near: Any = Field(None, description="picks the state in which the number asked for is nearest to this")
+    tol: Tolerance | None = Field(None, description="largest error of a certified answer; 1e-8 if not given")
+    method: Annotated[str, BeforeValidator(_known_method)] | None = Field(
+        None, description="auto, series, spectral, collocation or shooting; auto if not given"
+    )
 
     @property
     def _given(self) -> dict[str, Measure]:

@@ -124,6 +124,11 @@ def heading(card: Card, path: str, shown: ShownUnits | None = None) -> str:
     for word, fields in (("sourced", card.sources), ("estimated", card.estimates)):
         if fields:
             lines.append(f"  {word}: {', '.join(fields)}")
+    if card.source:
+        others = "others from" if card.sources or card.estimates else "all numbers from"
+        lines.append(f"  {others}: {one_line(card.source)}")
+    if card.unsourced:
+        lines.append(f"  without a source: {', '.join(card.unsourced)}")
     if card.note:
         lines.append(f"  note: {one_line(card.note)}")
     return "\n".join(lines)

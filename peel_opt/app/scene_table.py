@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from ..base.checks import parse
 from ..base.errors import InvalidInput
@@ -84,37 +84,58 @@ def _known_law(value: object) -> object:
 class SceneTable(CardTable):
     """``[scene]``: loads, wall, tip, bond, and whether the rod is half of a strip between two edges."""
 
-    profile: Literal["linear", "exponential", "stream", "mixed", "jet", "height"] | None = None
-    gradient: Any = None
-    decay: Any = None
-    mix: Any = None
-    layer: Any = None
-    dead: Any = None
-    until: Any = None
-    weight: Any = None
-    tilt: Any = None
-    friction: Any = None
-    share: Any = None
-    drag: Any = None
-    curvature: Any = None
-    tip: Literal["free", "contact"] = "free"
-    force: Any = None
-    angle: Any = None
-    moment: Any = None
-    law: Annotated[str, BeforeValidator(_known_law)] = "auto"
-    bond: Literal["opening", "effective opening", "shear springs", "elastic layer"] = "opening"
-    zeta: Any = None
-    shear_stiffness: Any = None
-    layer_stiffness: Any = None
-    softening: bool = True
-    natural_curvature: Any = None
-    unbonded: Any = None
-    line_energy: Any = None
-    stretch: Any = None
-    glued_strain: Any = None
-    blister: bool = False
-    roller: Any = None
-    slack: Any = None
+    profile: Literal["linear", "exponential", "stream", "mixed", "jet", "height"] | None = Field(
+        None, description="how the pressure is distributed; uniform if not given"
+    )
+    gradient: Any = Field(None, description="c of the linear profile p0 (1 + c s/sbar)")
+    decay: Any = Field(None, description="l of the exponential profile p0 exp(-s/l), from the tip")
+    mix: Any = Field(None, description="c of the mixed profile p0 (1 - c + c sin^2 theta), 0 to 1")
+    layer: Any = Field(None, description="h of the profile p0 (y/h)^2 of a shear layer")
+    dead: Any = Field(
+        None, description="share of the pressure, 0 to 1, that keeps pointing up as the rod turns"
+    )
+    until: Any = Field(None, description="arc length from the tip up to which the fluid has come")
+    weight: Any = Field(None, description="per area; negative where the rod hangs under its plate")
+    tilt: Any = Field(None, description="of the plate, with a weight")
+    friction: Any = Field(None, description="skin friction per area, from tip to root where positive")
+    share: Any = Field(None, description="the same, over the pressure at the tip; one of the two")
+    drag: Any = Field(None, description="per area, along +x whatever the rod does")
+    curvature: Any = Field(
+        None, description="of the wall: negative outside a cylinder, positive inside a tube"
+    )
+    tip: Literal["free", "contact"] = Field(
+        "free", description="whether the tip rests on the wall, as that of a strip that curls into it"
+    )
+    force: Any = Field(None, description="of a pull at the tip, over the width")
+    angle: Any = Field(None, description="of the pull, from the plate: 90 deg is straight up")
+    moment: Any = Field(None, description="at the tip, over the width; one that lifts is negative")
+    law: Annotated[str, BeforeValidator(_known_law)] = Field(
+        "auto",
+        description="of the bond in the gap: auto, cohesive, linear, exponential, trapezoidal(0.3);"
+        " or none, where a line energy alone holds",
+    )
+    bond: Literal["opening", "effective opening", "shear springs", "elastic layer"] = Field(
+        "opening", description="how the bond resists sliding, or the layer it is"
+    )
+    zeta: Any = Field(
+        None,
+        description="of an effective opening: zeta^2 is shear over normal traction at equal slip and gap",
+    )
+    shear_stiffness: Any = Field(None, description="Kt of shear springs")
+    layer_stiffness: Any = Field(None, description="K of an elastic layer, above T0/y0")
+    softening: bool = Field(True, description="whether shear springs soften with the gap")
+    natural_curvature: Any = Field(
+        None, description="of the rod without loads; on a flat plate, one that lifts the tip is positive"
+    )
+    unbonded: Any = Field(None, description="length from the tip that was never glued")
+    line_energy: Any = Field(None, description="of the front itself")
+    stretch: Any = Field(
+        None, description="EA, axial force over the width per strain, of a rod that stretches"
+    )
+    glued_strain: Any = Field(None, description="strain at which it was glued")
+    blister: bool = Field(False, description="half of a symmetric strip between two edges")
+    roller: Any = Field(None, description="axial force of a strip whose ends slide in, compression positive")
+    slack: Any = Field(None, description="length that half of a strip has more than the plate under it")
 
     @property
     def given(self) -> set[str]:

@@ -100,6 +100,10 @@ class CardError(InvalidInput):
     status = "invalid-card"
 
 
+class CardWarning(UserWarning):
+    """A card that can be answered, but does not say where its numbers are from."""
+
+
 class MissingExtra(PeelOptError, ImportError):
     """An optional dependency is needed and absent."""
 

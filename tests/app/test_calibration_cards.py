@@ -74,7 +74,6 @@ def test_the_wrong_command_is_one_line(capsys: pytest.CaptureFixture[str]) -> No
         ("free = [", "fre = [", "did you mean 'free'"),
         ('"adhesion_strength", "adhesion_range"]', '"stiffness"]', "free must list some of"),
         ("[sources]\nbending_stiffness", "[sources]\nthickness", "names 'thickness'"),
-        ("[sources]\nbending_stiffness =", "# ", "neither a source nor an estimate"),
         ("[calibration]", '[estimates]\nbending_stiffness = "guess"\n[calibration]', "stands in both"),
         ("[[pairs]]", "[[pears]]", "unknown key 'pears'; did you mean 'pairs'"),
         ("[calibration]", "[calibration]\nlevel = 2", "level must lie between 1e-06 and 1"),
@@ -96,6 +95,14 @@ def test_mistakes_in_cards(
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
+
+
+def test_what_is_not_fitted_is_from_somewhere(tmp_path: Path) -> None:
+    (card := tmp_path / "card.toml").write_text(
+        FLAP.read_text().replace("[sources]\nbending_stiffness =", "# ")
+    )
+    with pytest.warns(po.CardWarning, match="where bending_stiffness is from"):
+        assert load_calibration(card).unsourced == ("bending_stiffness",)
 
 
 # --- CSV ----------------------------------------------------------------------------------

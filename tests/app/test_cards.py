@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from peel_opt.app.cards import load_card, read_card
-from peel_opt.base.errors import CardError, NoEquilibrium, PeelOptError
+from peel_opt.app.report import heading
+from peel_opt.base.errors import CardError, CardWarning, NoEquilibrium, PeelOptError
 from peel_opt.equilibria.result import Equilibrium
 
 PROBLEMS = sorted(
@@ -208,7 +209,6 @@ def test_editors_on_windows_are_welcome(card):
         ('adhesion_range = "0.73 mm"', "", r"\[rod\].*two of"),
         ('bending_stiffness = "23 uN m"', "", r"\[rod\].*bending_stiffness"),
         ('bending_stiffness = "23', 'ratio = 1.0\nbending_stiffness = "23', "ratio alone"),
-        ('adhesion_range = "guess"', "", "adhesion_range has neither a source nor an estimate"),
         ("[estimates]", '[sources]\nadhesion_range = "book"\n[estimates]', "stands in both"),
         ("[estimates]", '[sources]\nthickness = "book"\n[estimates]', "names 'thickness'"),
         ('title = "a strip"', 'title = "a strip"\n[groups]\nbeta0 = 4\nlam = 1', "not both"),
@@ -221,6 +221,24 @@ def test_a_mistake_is_one_line_that_names_the_field(card, old, new, words):
         card(SI.replace(old, new))
     assert "\n" not in str(caught.value)
     assert "card.toml" in str(caught.value)
+
+
+def test_a_number_without_a_source_is_a_warning_that_names_it(card):
+    with pytest.warns(CardWarning, match=r"where adhesion_range is from: give a source") as said:
+        found = card(SI.replace('adhesion_range = "guess"', ""))
+    assert found.unsourced == ("adhesion_range",)
+    assert len(said) == 1
+    assert found.rod() == card(SI).rod()
+
+
+def test_one_source_covers_all_that_have_none_of_their_own(card):
+    bare = SI.partition("[estimates]")[0] + '[[questions]]\nlength = "1.9 mm"\n'
+    with pytest.warns(CardWarning, match="adhesion_range, adhesion_strength, bending_stiffness are from"):
+        assert len(card(bare).unsourced) == 3
+    covered = 'source = "a notebook"\n' + bare
+    assert card(covered).unsourced == ()
+    assert "all numbers from: a notebook" in heading(card(covered), "card.toml")
+    assert "others from: a notebook" in heading(card('source = "a notebook"\n' + SI), "card.toml")
 
 
 @pytest.mark.parametrize(

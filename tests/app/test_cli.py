@@ -108,6 +108,15 @@ def test_run_prints_a_table(call):
         assert words in out
 
 
+def test_numbers_from_nowhere_are_said_in_one_line(call, tmp_path):
+    rod = '[rod]\nbending_stiffness = "23 uN m"\nadhesion_strength = "140 kPa"\nadhesion_range = "0.73 mm"\n'
+    (card := tmp_path / "card.toml").write_text(f'title = "x"\n{rod}[[questions]]\npressure_ratio = 0.8\n')
+    code, out, err = call("run", card)
+    assert (code, err.count("\n")) == (0, 1)
+    assert err.startswith("peel-opt: warning: card ")
+    assert "without a source: adhesion_range, adhesion_strength, bending_stiffness" in out
+
+
 def test_a_failed_question_is_one_line_and_the_others_are_answered(call, mixed):
     code, out, err = call("run", mixed)
     assert code == 1

@@ -23,7 +23,7 @@ from peel_opt.app.cli.main import main
 from peel_opt.app.explorer.state_cards import from_card
 from peel_opt.app.scene_report import describe_scene
 from peel_opt.app.scene_table import MEASURES, SceneTable
-from peel_opt.base.errors import CardError, InvalidInput
+from peel_opt.base.errors import CardError, CardWarning, InvalidInput
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 SCENES = ("aortic_tear", "artery_flap", "paint_blister", "peel_test", "tape_in_stream")
@@ -223,7 +223,6 @@ def test_a_scene_that_means_nothing_is_one_line(card, scene, words):
         ('"2.8 kPa"', '"2.8 mm"', r"\[scene\]: weight cannot be measured in 'mm'"),
         ('"30 deg"', '"30 kPa"', r"tilt cannot be measured in 'kPa'. Accepted are units such as deg"),
         ('"30 deg"', '"0.3"', "tilt needs a unit"),
-        ('weight = "guess"', "", "weight has neither a source nor an estimate"),
         ('weight = "guess"', 'weight = "guess"\ndrag = "guess"', "names 'drag'"),
         ('pressure = "100 kPa"', 'free = "force"\nlength = "2 mm"', "'force' is no number of this scene"),
         ('pressure = "100 kPa"', 'free = "weight"', "length must be given to solve for the weight"),
@@ -253,7 +252,13 @@ def test_groups_have_no_scene(card):
 def test_what_somebody_sets_needs_no_source(card):
     text = SI.replace('weight = "2.8 kPa"\ntilt = "30 deg"', 'force = "10 N/m"\nangle = "90 deg"')
     text = text.replace('weight = "guess"\ntilt = "guess"\n', "")
+    assert card(text).unsourced == ()
     assert card(text).scene().numbers["force"] == pytest.approx(10.0 / (140e3 * card(text).rod().eta))
+
+
+def test_what_acts_on_the_rod_is_from_somewhere(card):
+    with pytest.warns(CardWarning, match="where weight is from"):
+        card(SI.replace('weight = "guess"', ""))
 
 
 def test_the_explorer_says_what_it_does_not_show(card):

@@ -89,6 +89,7 @@ def refused_or(call, kind: type[PeelOptError] = InvalidInput):
     return found
 
 
+@pytest.mark.filterwarnings("ignore::peel_opt.base.errors.CardWarning")
 @pytest.mark.parametrize(
     "cards", [hurt(CARDS), built(), st.binary(max_size=200)], ids=["mutated", "built", "bytes"]
 )

@@ -11,13 +11,14 @@ import re
 import shlex
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr
 from typing import TYPE_CHECKING, Any
 
 from ... import __version__
-from ...base.errors import InvalidInput, PeelOptError
-from . import curves, explore, flaws, measurements, motions, peels, precision, sweeps
+from ...base.errors import CardWarning, InvalidInput, PeelOptError
+from . import curves, explore, flaws, measurements, motions, new, peels, precision, sweeps
 from .common import (
     FAILED,
     INTERRUPTED,
@@ -49,6 +50,7 @@ examples:
   peel-opt pressure --length "1.9 mm" --k "23 uN m" --T0 "140 kPa" --y0 "0.73 mm"
   peel-opt length --pressure "0.4 T0" --ratio 0.566
   peel-opt length --pressure "45 cmH2O" --E "3 GPa" --thickness "1 mil" --nu 0.4 --T0 "9 kPa" --y0 "0.1 mm"
+  peel-opt new tape.toml --kind sheet
   peel-opt flaw --card problems/office_tape.toml --pressure "0.2 MPa"
   peel-opt peel --pull "6 N/25 mm" --angle "180 deg"
   peel-opt solve --card problems/peel_test.toml --free force --length "12 mm"
@@ -86,7 +88,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else WRONG_INPUT
     try:
-        with _drawing(arguments):
+        with _drawing(arguments), _warning_in_one_line():
             code: int = arguments.command(arguments)
     except PeelOptError as error:
         complain(error)
@@ -95,6 +97,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("interrupted")
         return INTERRUPTED
     return code
+
+
+@contextmanager
+def _warning_in_one_line() -> Iterator[None]:
+    """Say what a card lacks as the command line says everything, once for each card."""
+    said: set[str] = set()
+
+    def say_once(message: Warning | str, category: type[Warning], *place: Any, **further: Any) -> None:
+        if not issubclass(category, CardWarning):
+            shown_otherwise(message, category, *place, **further)
+        elif str(message) not in said:
+            said.add(str(message))
+            complain(f"warning: {message}")
+
+    with warnings.catch_warnings():
+        shown_otherwise = warnings.showwarning
+        warnings.showwarning = say_once
+        warnings.filterwarnings("always", category=CardWarning)
+        yield
 
 
 @contextmanager
@@ -281,6 +302,6 @@ def _parser() -> argparse.ArgumentParser:
     answer_options(solve, "state")
     units_option(solve)
     output_options(solve, files)
-    for module in (flaws, peels, curves, motions, measurements, sweeps, precision, explore):
+    for module in (new, flaws, peels, curves, motions, measurements, sweeps, precision, explore):
         module.add_commands(command)
     return parser
