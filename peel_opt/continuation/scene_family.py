@@ -14,7 +14,7 @@ from ..base.errors import NotConverged
 from ..model.mixed_bonds import LINE
 from ..model.scene import Scene
 from ..model.tips import Contact, Middle, TipLoad
-from ..residual.closures import Closing, Closure
+from ..residual.closures import READINGS, Closing, Closure
 from ..residual.discretisation import Discretisation, Phases, Profile
 from ..residual.newton import Correction
 from ..residual.phases import Layout, fits, without_middle_phase
@@ -332,6 +332,7 @@ def _forward(scene: Scene) -> np.ndarray:
 
 def _walked(family: SceneFamily, start: Point) -> SceneBranch:
     """Walk both ways from a state."""
+    start = _pressed(family, start)
     before, first = _walk(family, start.turned(0.0), _towards_rest)
     after, last = _walk(family, start, _towards_contact)
     points = [*(p.turned(-p.arclength) for p in reversed(before[1:])), *after]
@@ -339,6 +340,21 @@ def _walked(family: SceneFamily, start: Point) -> SceneBranch:
     known = {id(p) for p in points}
     points += [f.point for f in folds if id(f.point) not in known]
     return SceneBranch(family, sorted(points, key=lambda p: p.arclength), folds, (first, last))
+
+
+def _pressed(family: SceneFamily, start: Point) -> Point:
+    """Return a state without suction to begin with, where the way into a scene has led to one with it."""
+    if family.free is not None or start.scalars.pressure_ratio >= 0.0:
+        return start
+    rises = start.rate(READINGS["pressure"]) > 0.0
+    for first in (start, start.turned(0.0)) if rises else (start.turned(0.0), start):
+        for count, point in enumerate(family.walk(first)):
+            if point.scalars.pressure_ratio >= 0.0:
+                own = point.problem, point.x, _forward(family.scene), 0.0, point.iterations
+                return family.point(*own)
+            if count > LONGEST:
+                break
+    return start
 
 
 def _folds(family: SceneFamily, pair: tuple[Point, Point]) -> list[Located]:
