@@ -31,6 +31,9 @@ from .special import LENGTH, Located, Monitor, locate
 #: nor sbar is held, a state exists in almost every scene.
 ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 
+#: What is held on the way into a scene, one after the other where it stalls.
+HELD = {"amplitude": lambda s: float(s.A), "pressure": READINGS["pressure"], "length": READINGS["length"]}
+
 #: Shortest step of the way into a scene.
 SHORTEST = 1e-3
 
@@ -75,8 +78,8 @@ FAR = 50.0
 #: Rate along a branch below which a number stands still, as the moment of a long strip does.
 STILL = 1e-7
 
-#: Direction in which the tip turns further, away from rest.
-FORWARD = np.array([1.0, 0.0, 0.0, 0.0])
+#: Directions in which the tip turns further, away from rest, and in which the rod gets longer.
+FORWARD, LONGER = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])
 
 #: Points over which a branch shows whether it rises: at the first alone its tangent may be rounding.
 BEGINNING = 3
@@ -327,7 +330,7 @@ def _forward(scene: Scene) -> np.ndarray:
     A strip with slack that is short is the one that stands without a pressure: as it gets longer and
     flatter its pressure rises, up to where it snaps.
     """
-    return -FORWARD if isinstance(scene.tip, Middle) and scene.tip.slack else FORWARD
+    return LONGER if isinstance(scene.tip, Middle) and scene.tip.slack else FORWARD
 
 
 def _walked(family: SceneFamily, start: Point) -> SceneBranch:
@@ -498,7 +501,7 @@ def _entered(family: SceneFamily) -> Point:
     """
     furthest = 0.0
     for profile, way, held in _ways(family):
-        found, h = led_over(way, profile, held)
+        found, h = _led_in(way, profile, held)
         if found is not None and family.free is not None:
             found, h = _released(family, found)
             h += 1.0
@@ -611,22 +614,59 @@ def _plain(family: SceneFamily, A: float) -> SceneProfile | None:
     return SceneProfile(plain.lengths, values, plain.scalars, scene, numbers)
 
 
+def _led_in(
+    way: Callable[[float], SceneFamily], profile: Profile, held: Closure
+) -> tuple[tuple[Discretisation, Correction] | None, float]:
+    """Follow a state into a scene; where that stalls with one number of it held, with another from there on.
+
+    The states of a scene turn back in any number somewhere, but not in all of them at once.
+    """
+    h, last = 0.0, profile
+    for kind in (held.kind, *(kind for kind in HELD if kind != held.kind)):
+        own = held if kind == held.kind else Closure(kind, HELD[kind](last.scalars))
+        for last, h, found in _leading(way, last, own, h):
+            if h == 1.0:
+                return found, h
+    return None, h
+
+
 def led_over(
     way: Callable[[float], SceneFamily], profile: Profile, held: Closure
 ) -> tuple[tuple[Discretisation, Correction] | None, float]:
     """Follow a state along a way from 0 to 1; None, and how far it went, where that stalls."""
-    h, step, solved = 0.0, 0.25, None
+    h = 0.0
+    for _, h, found in _leading(way, profile, held, h):
+        if h == 1.0:
+            return found, h
+    return None, h
+
+
+def _on_its_side(
+    family: SceneFamily, profile: Profile, held: Closure
+) -> tuple[Discretisation, Correction] | None:
+    """Correct from a profile, unless that turns it over."""
+    solved = family.solve(profile, held)
+    if solved is None or solved[0].scalars(solved[1].x).A * profile.scalars.A <= 0.0:
+        return None
+    return solved
+
+
+def _leading(
+    way: Callable[[float], SceneFamily], profile: Profile, held: Closure, h: float
+) -> Iterator[tuple[Profile, float, tuple[Discretisation, Correction]]]:
+    """Yield states along a way from h on, until it ends or stalls."""
+    step = 0.25
     while h < 1.0:
         share = min(1.0, h + step)
         family = way(share)
-        solved = family.solve(profile, held)
+        solved = _on_its_side(family, profile, held)
         if solved is None:  # a phase may end on the way, and its length with a square root
             merged = family.merged(profile, family.phases_of(profile).phases)
-            solved = family.solve(merged, held) if merged is not None else None
+            solved = _on_its_side(family, merged, held) if merged is not None else None
         if solved is None:
             step *= 0.5
             if step < SHORTEST:
-                return None, h
+                return
             continue
         h, profile = share, solved[0].profile(solved[1].x)
-    return solved, h
+        yield profile, h, solved

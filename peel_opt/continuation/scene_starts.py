@@ -26,9 +26,13 @@ STRIP = 3.926602312047919
 #: Curvature over 1/eta, less that of the wall, of the curled rod that a contact begins with.
 CURL = 0.01
 
-#: Amplitude, minus the curvature of the middle times the length, that a strip begins with; the largest one.
+#: Amplitude, minus the curvature of the middle times the length, that a strip begins with; the largest one at
+#: eta = y0, which falls with beta0: what the pressure adds to the axial force goes with both.
 SWELLING, LARGEST = 0.2, 1.0
 
+
+#: Height over y0 of the middle of a strip that a law holds in its first state.
+OPENED = 0.5
 
 #: Length that a line energy holds in its first state, as a share of that at which bending, with the small
 #: slopes of a beam, is no longer all there is.
@@ -113,14 +117,17 @@ def swollen(scene: Scene, ratio: float) -> SmallState:
     K = g**2 * (b * np.cosh(g * xi) - a * np.cos(g * xi))
     ny = g**3 * (b * np.sinh(g * xi) + a * np.sin(g * xi))
     Y = a * (np.cos(g * xi) - math.cos(g)) + b * (np.cosh(g * xi) - math.cosh(g))
-    length, A = g / ratio**0.25, SWELLING
+    length = g / ratio**0.25
+    highest = a * (1.0 - math.cos(g)) + b * (1.0 - math.cosh(g))
+    most = min(LARGEST, LARGEST * (STRIP / length) ** 3, OPENED / (ratio * length * highest))
+    A = min(SWELLING, most)
     instead: tuple[tuple[str, float], ...]
     if scene.tip.slack is None:
         instead = (("roller", 0.0),)
     else:
         nodes, weights = gauss(NODES)
         taken = 0.5 * length * float(weights @ inclination(nodes) ** 2)
-        A = min(LARGEST, math.sqrt(scene.numbers["slack"] / taken))
+        A = min(most, math.sqrt(scene.numbers["slack"] / taken))
         instead = (("slack", A**2 * taken),)
     scalars = Scalars(A, 2.0 * g**4 * a * math.cos(g), length, g**4 - PI4)
     numbers = {**scene.entered(0.0), **dict(instead), "thrust": 0.0, "ratio": ratio}

@@ -539,13 +539,14 @@ def report(
     gaps = source.gaps()
     reaction = -float(shape.Ny[-1])
     pull = problem.pull_ahead(x) if scene.layer is not None else 0.0
+    mirrored = isinstance(scene.tip, Middle)  # and a strip may meet its other half
     present = {
         "y > y0": bool(opened.max() > scene.bond.holds_to + HEIGHT_NOISE),
         "p < 0": s.pressure_ratio < -HEIGHT_NOISE,
         "y < 0": bool(gaps.min() < -HEIGHT_NOISE * np.abs(gaps).max()),
         "overhang": np.abs(shape.theta).max() > 0.5 * np.pi,
         "tip on plate": isinstance(scene.tip, TipLoad) and lies_down(problem.profile(x)),
-        "self-contact": shape.crosses_itself(),
+        "self-contact": shape.crosses_itself() or (mirrored and shape.x.min() < shape.x[0] - HEIGHT_NOISE),
         "edge pulled": reaction < 0.0 and not scene.line_energy,
         "fails ahead": pull > 1.0,
         "tip pulled": q.get("reaction", 0.0) < 0.0,
