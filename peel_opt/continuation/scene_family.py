@@ -624,7 +624,8 @@ def _led_in(
     h, last = 0.0, profile
     for kind in (held.kind, *(kind for kind in HELD if kind != held.kind)):
         own = held if kind == held.kind else Closure(kind, HELD[kind](last.scalars))
-        for last, h, found in _leading(way, last, own, h):
+        if steps := list(_leading(way, last, own, h)):
+            last, h, found = steps[-1]
             if h == 1.0:
                 return found, h
     return None, h
@@ -634,11 +635,11 @@ def led_over(
     way: Callable[[float], SceneFamily], profile: Profile, held: Closure
 ) -> tuple[tuple[Discretisation, Correction] | None, float]:
     """Follow a state along a way from 0 to 1; None, and how far it went, where that stalls."""
-    h = 0.0
-    for _, h, found in _leading(way, profile, held, h):
-        if h == 1.0:
-            return found, h
-    return None, h
+    steps = list(_leading(way, profile, held, 0.0))
+    if not steps:
+        return None, 0.0
+    _, h, found = steps[-1]
+    return (found if h == 1.0 else None), h
 
 
 def _on_its_side(

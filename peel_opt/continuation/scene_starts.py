@@ -20,7 +20,7 @@ from ..residual.discretisation import PROFILE_POINTS, chebyshev
 from ..residual.scene_spectral import SceneProfile
 from ..residual.scene_system import REACHES, SAMPLED
 
-#: The root of tan(g) = tanh(g) at which a symmetric strip leaves its wall, sbar = g (k y0/T0)^(1/4).
+#: sbar/eta at which a symmetric strip leaves its wall where eta = y0: the root of tan(g) = tanh(g).
 STRIP = 3.926602312047919
 
 #: Curvature over 1/eta, less that of the wall, of the curled rod that a contact begins with.
@@ -103,38 +103,52 @@ def curled(scene: Scene, ratio: float) -> SmallState:
 def swollen(scene: Scene, ratio: float) -> SmallState:
     """Return a strip just lifted between two edges: the kernel of its linear problem.
 
-    Y = a cos(g xi) + b cosh(g xi) + c with tan(g) = tanh(g), and Y(1) = Y'(1) = Y''(1) = 0.  A given
-    slack begins as what this shape takes up, A^2 sbar int Theta^2 / 2.
+    Y'''' + N0 Y'' = beta1 (Y - c) has Y = a cos(g xi) + b cosh(h xi) + c, g h = beta1^(1/2), g^2 - h^2 = N0,
+    and Y(1) = Y'(1) = Y''(1) = 0 asks for tan(g)/g = tanh(h)/h.  A given slack begins as what this shape
+    takes up without an axial force, A^2 sbar int Theta^2 / 2.
     """
+    from scipy.optimize import brentq  # which takes long to import
+
     assert isinstance(scene.tip, Middle)
-    g, xi = STRIP, _points()
-    a = 1.0 / (g**2 * (1.0 - math.cos(g) / math.cosh(g)))
-    b = a * math.cos(g) / math.cosh(g)
+    N = 0.0 if scene.tip.slack is not None else scene.numbers["roller"]
+    larger = math.sqrt(0.5 * abs(N) + math.sqrt(0.25 * N**2 + ratio))  # of g and h, over the length
+    over = larger**2 / math.sqrt(ratio) if N < 0.0 else math.sqrt(ratio) / larger**2  # h/g
+    g = brentq(lambda g: over * math.sin(g) - math.cos(g) * math.tanh(over * g), math.pi, 1.5 * math.pi)
+    h, xi = over * g, _points()
+    length = max(g, h) / larger
+
+    def even(at: np.ndarray) -> np.ndarray:
+        """cosh(h xi)/cosh(h)."""
+        return np.exp(h * (at - 1.0)) * (1.0 + np.exp(-2.0 * h * at)) / (1.0 + math.exp(-2.0 * h))
+
+    def odd(at: np.ndarray) -> np.ndarray:
+        """sinh(h xi)/cosh(h)."""
+        return np.exp(h * (at - 1.0)) * (1.0 - np.exp(-2.0 * h * at)) / (1.0 + math.exp(-2.0 * h))
+
+    a = 1.0 / (g**2 * (1.0 - math.cos(g) * float(even(np.zeros(1))[0])))
+    b = a * math.cos(g) / over**2
 
     def inclination(at: np.ndarray) -> np.ndarray:
-        return g * (b * np.sinh(g * at) - a * np.sin(g * at))
+        return h * b * odd(at) - g * a * np.sin(g * at)
 
-    K = g**2 * (b * np.cosh(g * xi) - a * np.cos(g * xi))
-    ny = g**3 * (b * np.sinh(g * xi) + a * np.sin(g * xi))
-    Y = a * (np.cos(g * xi) - math.cos(g)) + b * (np.cosh(g * xi) - math.cosh(g))
-    length = g / ratio**0.25
-    highest = a * (1.0 - math.cos(g)) + b * (1.0 - math.cosh(g))
-    most = min(LARGEST, LARGEST * (STRIP / length) ** 3, OPENED / (ratio * length * highest))
+    Theta, K = inclination(xi), h**2 * b * even(xi) - g**2 * a * np.cos(g * xi)
+    ny = h**3 * b * odd(xi) + g**3 * a * np.sin(g * xi) + N * length**2 * Theta
+    Y = a * (np.cos(g * xi) - math.cos(g)) + b * (even(xi) - 1.0)
+    most = min(LARGEST, LARGEST * (STRIP / length) ** 3, OPENED / (ratio * length * float(Y.max())))
     A = min(SWELLING, most)
-    instead: tuple[tuple[str, float], ...]
-    if scene.tip.slack is None:
-        instead = (("roller", 0.0),)
-    else:
+    instead = (("roller", N),)
+    if scene.tip.slack is not None:
         nodes, weights = gauss(NODES)
         taken = 0.5 * length * float(weights @ inclination(nodes) ** 2)
         A = min(most, math.sqrt(scene.numbers["slack"] / taken))
         instead = (("slack", A**2 * taken),)
-    scalars = Scalars(A, 2.0 * g**4 * a * math.cos(g), length, g**4 - PI4)
+    beta1 = (g * h) ** 2
+    scalars = Scalars(A, beta1 * (a * math.cos(g) + b), length, beta1 - PI4)
     numbers = {**scene.entered(0.0), **dict(instead), "thrust": 0.0, "ratio": ratio}
     numbers["pressure"] = scalars.pressure_ratio
-    return SmallState(
-        _profile(scene, (inclination(xi), K, ny, Y), scalars, numbers), Closure("amplitude", A), 0.0, instead
-    )
+    pull = (N * length**2 / A, 0.0)
+    profile = _profile(scene, (Theta, K, ny, Y), scalars, numbers, pull)
+    return SmallState(profile, Closure("amplitude", A), 0.0, instead)
 
 
 def split(scene: Scene, ratio: float) -> SmallState:

@@ -58,6 +58,16 @@ def test_a_strip_begins_with_the_kernel_of_its_linear_problem(asked: dict[str, f
     assert state.profile.scalars.sigma == pytest.approx(STRIP)
 
 
+@pytest.mark.parametrize(("N0", "beta1"), [(5.0, 179.893715621), (-10.0, 351.941710809)])
+def test_a_strip_that_is_pushed_or_pulled_begins_with_its_own_kernel(N0: float, beta1: float) -> None:
+    """beta1 at which a strip under an axial force leaves its wall, by power series."""
+    state = swollen(po.Blister(po.Rod.from_ratio(beta1), roller=N0), beta1)
+    xi, Theta, K, ny, Y = fields(state)
+    assert state.profile.scalars.sigma == pytest.approx(1.0, rel=1e-10)
+    assert derivative(xi, K) == pytest.approx(ny - N0 * Theta, abs=1e-4 * np.abs(ny).max())
+    assert [Theta[0], ny[0], Y[-1], Theta[-1], K[-1]] == pytest.approx([0.0] * 5, abs=1e-9)
+
+
 def test_a_given_slack_is_what_the_strip_takes_up() -> None:
     state = swollen(po.Blister(ROD, slack=0.1), 1.0)
     xi, Theta, *_ = fields(state)

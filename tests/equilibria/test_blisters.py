@@ -11,6 +11,7 @@ import pytest
 import peel_opt as po
 
 from ..rods import FLAP
+from ..scene_oracle import Start, march
 from ..scene_states import REFERENCE, blisters, pressure_of, scene_of, title
 
 ROD = po.Rod.from_ratio(1.0)
@@ -35,6 +36,43 @@ def test_a_known_blister_is_met_within_its_error(state: dict[str, Any]) -> None:
     assert eq.Nx[0] == pytest.approx(v["Nx_c"], abs=300.0 * digits)
     assert eq.Ny[-1] == pytest.approx(v["Ny_sbar"], abs=300.0 * digits)
     assert eq.theta[0] == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ratio", "slack", "pressure"),
+    [
+        (0.01, 0.1, 0.0),
+        (0.01, 1.0, 0.1),
+        (0.1, 2.0, 0.2),
+        (1.0, 5.0, 0.0),
+        (30.0, 0.01, 0.0),
+        (30.0, 1.0, 0.0),
+    ],
+)
+def test_a_slack_strip_stands_whatever_its_slack(ratio: float, slack: float, pressure: float) -> None:
+    eq = po.solve(po.Blister(po.Rod.from_ratio(ratio), slack=slack), free="length", pressure=pressure)
+    assert (eq.state, eq.certified, "self-contact" in eq.flags) == ("lifted", True, False)
+    assert eq.length + eq.x[0] == pytest.approx(slack, abs=1e-9)
+    start = Start(0.0, eq.x[0], eq.y[0], eq.numbers["thrust"], 0.0, eq.curvature[0])
+    assert march({"y0": 1.0 / ratio, "p": pressure}, eq.length, start).missed < 1e-8
+
+
+@pytest.mark.slow
+def test_a_strip_that_meets_its_other_half_says_so() -> None:
+    eq = po.solve(po.Blister(po.Rod.from_ratio(0.1), slack=5.0), free="length", pressure=0.1)
+    assert eq.x.min() < eq.x[0]
+    assert "self-contact" in eq.flags
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "roller"), [(0.005, 1.0), (0.005, 5.0), (100.0, 0.0), (1000.0, -10.0)])
+def test_a_strip_on_rollers_lifts_in_its_lowest_mode(ratio: float, roller: float) -> None:
+    eq = po.solve(po.Blister(po.Rod.from_ratio(ratio), roller=roller), free="length", pressure=0.8)
+    assert (eq.state, eq.certified, eq.valid) == ("middle", True, True)
+    assert eq.y.argmax() == 0
+    start = Start(0.0, eq.x[0], eq.y[0], roller, 0.0, eq.curvature[0])
+    assert march({"y0": 1.0 / ratio, "p": 0.8}, eq.length, start).missed < 1e-8
 
 
 def test_a_strip_on_rollers_lifts_at_a_longer_length_than_an_edge() -> None:
