@@ -7,7 +7,7 @@ length is measured as `closures` says.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars, kernel
 from ..model.groups import PI4
 from ..residual import closures
-from ..residual.accuracy import certificate_of_ends
+from ..residual.accuracy import certificate_of_ends, certificates_of_ends
 from ..residual.closures import Closing, Closure, Plane
 from ..residual.discretisation import (
     PROFILE_POINTS,
@@ -33,7 +33,7 @@ from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct, correct_sharply
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .corners import crossed, next_corner
-from .points import Point, arclength_between, interpolated, place_of, turning
+from .points import Point, arclength_between, interpolated, place_of, scalars_of, turning
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
@@ -106,6 +106,16 @@ class Family:
     def certificate(self, point: Point) -> float:
         """How far a solution misses the equation that it was not solved with."""
         return certificate_of_ends(self.law, point.scalars, point.ends, point.problem.phases[0])
+
+    def certificates(self, points: Sequence[Point]) -> np.ndarray:
+        """`certificate` of many points."""
+        pieces = {id(point.problem): point.problem.phases[0] for point in points}.values()
+        heals = all(piece.lost is not None and not piece.for_good for piece in pieces)
+        s = scalars_of(points)
+        if not (heals and self.law.falls_straight and s.beta0.all()):
+            return np.array([self.certificate(point) for point in points])
+        Y, edges = np.array([point.ends for point in points]).T
+        return certificates_of_ends(self.law, s, s.height(Y), edges)
 
     def phases_of(self, profile: Profile) -> Layout:
         """Read the phases of a shape off its heights."""

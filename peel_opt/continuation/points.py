@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -117,6 +117,12 @@ class Point:
     def turned(self, arclength: float) -> Point:
         """Return the same solution on a walk in the other direction."""
         return replace(self, tangent=-self.tangent, orientation=-self.orientation, arclength=arclength)
+
+
+def scalars_of(points: Sequence[Point]) -> Scalars:
+    """The scalars of some points, each an array."""
+    tails = np.ascontiguousarray(np.array([point.tail for point in points]).T)
+    return points[0].problem.form.of_unknowns(*tails)
 
 
 def turning(here: Point, there: Point) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -138,6 +138,10 @@ class SceneFamily(Family):
         """How far a solution misses the identity of the scene, or its edge in an independent integration."""
         assert isinstance(point.problem, SceneDiscretisation)
         return certificate_of(point.problem, point.x)
+
+    def certificates(self, points: Sequence[Point]) -> np.ndarray:
+        """`certificate` of many points, one after the other."""
+        return np.array([self.certificate(point) for point in points])
 
     def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
         """Correct from a profile; a step that foresees no length leads nowhere."""

@@ -13,7 +13,7 @@ import numpy as np
 from ..base.errors import NotConverged
 from ..continuation.family import Family
 from ..continuation.fill import point_errors
-from ..continuation.points import Point
+from ..continuation.points import Point, scalars_of
 from ..continuation.special import BRANCH_POINT, Located, place_error
 from ..model.equations import Scalars
 from ..model.rod import Rod
@@ -93,16 +93,15 @@ def assemble(parts: Sequence[WalkedSide], rod: Rod | None, ended: str, options: 
 
 def columns_of(points: Sequence[Point], family: Family) -> dict[str, Any]:
     """Numbers of each point."""
-    scalars = [p.scalars for p in points]
+    s = scalars_of(points)
+    tips = np.array([p.ends[0] for p in points])
     return {
-        "A": np.array([s.A for s in scalars]),
-        "m": np.array([s.m for s in scalars]),
-        "sigma": np.array([s.sigma for s in scalars]),
-        "lam": np.array([s.lam for s in scalars]),
-        "tip_u": np.array(
-            [s.height(p.ends[0]) if s.beta0 else math.nan for p, s in zip(points, scalars, strict=True)]
-        ),
-        "certificate": np.array([family.certificate(p) for p in points]),
+        "A": s.A,
+        "m": s.m,
+        "sigma": s.sigma,
+        "lam": s.lam,
+        "tip_u": s.height(tips) if s.beta0.all() else np.full(len(points), math.nan),
+        "certificate": family.certificates(points),
         "iterations": np.array([p.iterations for p in points]),
     }
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..continuation.charted import is_coarse
 from ..continuation.family import Family, StepControl
 from ..continuation.fill import filled, point_errors
 from ..continuation.goal import below_zero, left_for_good
+from ..continuation.interpolant import diagram
 from ..continuation.landing import UNFINISHED, asked_at, points_at, require_met, with_asked
 from ..continuation.points import Point
 from ..continuation.primary import PrimaryBranch
@@ -137,36 +139,31 @@ def trace(
                 "beta0 = 0 has no strength, hence no cohesive law.", remedy="Use law='linear'."
             )
 
-    def begun(mesh: Transcription) -> list[PrimaryBranch]:
+    def family(mesh: Transcription) -> Family:
         # The tip stays on the plate along the branches of even modes.
-        family = Family(chosen, mesh, closure, tip_free=mode % 2 == 1)
+        return Family(chosen, mesh, closure, tip_free=mode % 2 == 1)
+
+    def begun(mesh: Transcription) -> list[PrimaryBranch]:
         longest = max(LONGEST, 20 * points)
-        return [PrimaryBranch(family, side, mode, WALK, longest, least=points) for side in sides]
+        return [PrimaryBranch(family(mesh), side, mode, WALK, longest, least=points) for side in sides]
 
     options: dict[str, object] = {"mode": mode, "points": points, "tol": tol}
     if rod is None:
         options["lam"] = list(window)
     kinked = len(chosen.pieces) > 1
-    share = SHARE[kinked]
+    share = SHARE[kinked] * tol
     meshes = TRACED[kinked] if transcription is None else (require_transcription(transcription),)
     border = window if rod is None else None
-    for walks, rounding in _walked(begun, meshes, border, share * tol):
-        inside = [(w, *piece) for w in walks for piece in _pieces(w, border)]
-        if not inside:
-            raise InvalidInput(
-                f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
-                f" lambda from {(mode**4 - 1) * PI4:.6g}, where it begins.",
-                remedy="Give lam= a window that holds its beginning.",
-            )
-        spacing = sum(piece[-1].arclength - piece[0].arclength for _, piece, _ in inside) / (points - 1)
-        finished = [_finished(w, _filled(w, piece, spacing), ended, asked) for w, piece, ended in inside]
-        parts = [part for part, _ in finished]
-        unfinished = next((w.ended for w in walks if w.ended in UNFINISHED), "")
-        require_met(asked, set().union(*(met for _, met in finished)), unfinished)
-        cut = rod is None and all(part.ended == "window" for part in parts)
-        branch = assemble(parts, rod, "window" if cut else parts[-1].ended or "p < 0", options)
+    drafts = _walks(begun, meshes, border, share, asked, points)
+    if rod is None and mode == 1:
+        drafts = chain(_interpolated([family(mesh) for mesh in meshes], window, share, asked, points), drafts)
+    for draft in drafts:
+        require_met(asked, draft.met, draft.unfinished)
+        cut = rod is None and all(part.ended == "window" for part in draft.parts)
+        ended = "window" if cut else draft.parts[-1].ended or "p < 0"
+        branch = assemble(draft.parts, rod, ended, options)
         reached = float(branch.error.max())
-        within = tol + 4.0 * rounding
+        within = tol + 4.0 * draft.rounding
         if reached <= within:
             break
     else:
@@ -190,6 +187,70 @@ def _window(lam: tuple[float, float]) -> tuple[float, float]:
             remedy="Give a window that ends sooner.",
         )
     return low, high
+
+
+class Draft(NamedTuple):
+    """A branch that may be accurate enough.
+
+    Its parts, which of the asked-for values they meet, why a part ended that goes on, and what rounding does
+    to a point at most.
+    """
+
+    parts: list[WalkedSide]
+    met: set[tuple[str, float]]
+    unfinished: str
+    rounding: float
+
+
+def _interpolated(
+    families: Sequence[Family],
+    window: tuple[float, float],
+    tol: float,
+    asked: Sequence[tuple[str, float]],
+    points: int,
+) -> Iterator[Draft]:
+    """Yield the branch as one interpolant, if it is one."""
+    found = diagram(families, window, points, tol)
+    if found is None:
+        return
+    parts, met = [], set()
+    for own, special in found.sections:
+        every, specials, here = with_asked(found.family, own, special, asked)
+        parts.append(WalkedSide(found.family, every, specials, found.state_at, "window"))
+        met |= here
+    yield Draft(parts, met, "", found.rounding)
+
+
+def _walks(
+    begun: Callable[[Transcription], list[PrimaryBranch]],
+    meshes: Sequence[Transcription],
+    window: tuple[float, float] | None,
+    tol: float,
+    asked: Sequence[tuple[str, float]],
+    points: int,
+) -> Iterator[Draft]:
+    """Yield the branch as it is walked on meshes that may be fine enough.
+
+    Raises
+    ------
+    InvalidInput
+        If it does not enter the window.
+    """
+    for walks, rounding in _walked(begun, meshes, window, tol):
+        inside = [(w, *piece) for w in walks for piece in _pieces(w, window)]
+        if window is not None and not inside:
+            mode = walks[0].mode
+            raise InvalidInput(
+                f"the branch of mode {mode} does not enter the window ({window[0]:g}, {window[1]:g}) of"
+                f" lambda from {(mode**4 - 1) * PI4:.6g}, where it begins.",
+                remedy="Give lam= a window that holds its beginning.",
+            )
+        spacing = sum(piece[-1].arclength - piece[0].arclength for _, piece, _ in inside) / (points - 1)
+        finished = [_finished(w, _filled(w, piece, spacing), ended, asked) for w, piece, ended in inside]
+        unfinished = next((w.ended for w in walks if w.ended in UNFINISHED), "")
+        yield Draft(
+            [part for part, _ in finished], set().union(*(met for _, met in finished)), unfinished, rounding
+        )
 
 
 def _walked(

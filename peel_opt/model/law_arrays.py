@@ -26,21 +26,6 @@ def traction_of(law: CohesiveLaw, count: int) -> Callable[[np.ndarray], np.ndarr
     return lambda u: 1.0 - drops(u)
 
 
-def mean_drops(law: CohesiveLaw, u: np.ndarray) -> np.ndarray:
-    """1 - Phi(u)/u, which is 1 - p/T0 at tip height ``u``, of a law of straight pieces.
-
-    `CohesiveLaw.mean_drop` for many heights u >= 0 at once.
-    """
-    gone = np.zeros_like(u)
-    for piece in law.pieces:
-        if not isinstance(piece.drop, Affine):
-            raise ValueError(f"law {law.name!r} is not straight from kink to kink")
-        begin = max(piece.start, 0.0)
-        end = np.clip(u, begin, piece.stop)
-        gone += (end - begin) * (piece.drop.offset + 0.5 * piece.drop.slope * (begin + end))
-    return gone / np.where(u == 0.0, 1.0, u)
-
-
 def tip_heights(law: CohesiveLaw, P: float) -> list[float]:
     """Return every u = y_tip/y0 other than zero with P u = Phi(u), in increasing order.
 

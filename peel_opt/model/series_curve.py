@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -76,10 +76,10 @@ class _Terms:
 
 
 @np.errstate(under="ignore")  # close to T high powers vanish, and should
-def _powers(x: float, highest: int) -> np.ndarray:
-    """x^0 ... x^highest."""
-    powers = np.empty(highest + 1)
-    powers.fill(x)
+def _powers(x: Any, highest: int) -> np.ndarray:
+    """x^0 ... x^highest along a first axis."""
+    powers = np.empty((highest + 1, *np.shape(x)))
+    powers[:] = x
     powers[0] = 1.0
     return np.multiply.accumulate(powers)
 
@@ -125,16 +125,25 @@ class SeriesCurve:
             return 2.0 * left_out + rounding
         return 2.0 * left_out / (1.0 - left_out / last) + rounding if left_out < last else math.inf
 
-    @np.errstate(under="ignore")
     def unknowns(self, alpha1: float, sigma: float, lam: float) -> np.ndarray:
         """Theta'' at the nodes and the four scalars of a point of the curve."""
+        curl, m = self._shape(alpha1, sigma)
+        return np.concatenate([m * curl, [alpha1 / m, m, sigma, lam]])
+
+    def unknowns_of(self, alpha1: np.ndarray, sigma: float) -> np.ndarray:
+        """`unknowns` of many points at one beta0, shape (points, NODES + 4)."""
+        curl, m = self._shape(alpha1, sigma)
+        lam = self.series.curve(alpha1, sigma**3)
+        return np.column_stack([m[:, None] * curl, alpha1 / m, m, np.full_like(m, sigma), lam])
+
+    @np.errstate(under="ignore")
+    def _shape(self, alpha1: Any, sigma: float) -> tuple[Any, Any]:
+        """Theta'' over m at the nodes, and m."""
         p, q, tips, curls = self._shapes
         order = self.series.order
-        weights = _powers(sigma**3 + alpha1, order)[p] * _powers(alpha1, 2 * order)[q]
-        curl = weights @ curls
+        weights = (_powers(sigma**3 + alpha1, order)[p] * _powers(alpha1, 2 * order)[q]).T
         # theta(0) = alpha1 T(0) = -A, so that m = alpha1/A = -1/T(0).
-        m = -1.0 / float(weights @ tips)
-        return np.concatenate([m * curl, [alpha1 / m, m, sigma, lam]])
+        return weights @ curls, -1.0 / (weights @ tips)
 
 
 @lru_cache(maxsize=4)

@@ -78,6 +78,16 @@ def certificate_of_ends(law: CohesiveLaw, s: Scalars, ends: tuple[float, float],
     return max(defect, abs(edge))
 
 
+def certificates_of_ends(law: CohesiveLaw, s: Scalars, heights: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """`certificate` of many solutions with free tips under a law of straight pieces.
+
+    By their scalars, the heights u of their tips and their scaled angles at the plate, each an array.
+    """
+    defects = np.abs(s.alpha1 / s.beta0 + law.mean_drops(heights))
+    certificates: np.ndarray = np.maximum(defects, np.abs(s.A * edges))
+    return certificates
+
+
 def first_integral_defect(law: CohesiveLaw, scalars: Scalars, tip_height: float, tip: Piece) -> float:
     """|p - Phi(y_tip)/y_tip| / T0, which the two first integrals of (12) make zero.
 

@@ -18,8 +18,7 @@ from ..base.arrays import EPS
 from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.groups import PI4
-from ..model.law_arrays import mean_drops
-from .accuracy import SAFE, UNITS
+from .accuracy import SAFE, UNITS, certificates_of_ends
 from .closures import EQUATIONS
 from .compiled_stack import AnyStack
 from .linear import IMAGINARY
@@ -149,9 +148,7 @@ class Solved:
     def certificates(self, law: CohesiveLaw) -> np.ndarray:
         """What `certificate` says of each state, shape (states,)."""
         Theta, _, height = self.shapes
-        s = self.scalars
-        defect = np.abs(s.alpha1 / s.beta0 + mean_drops(law, height))
-        return np.maximum(defect, np.abs(s.A * Theta[:, -1]))
+        return certificates_of_ends(law, self.scalars, height, Theta[:, -1])
 
 
 @np.errstate(all="ignore")  # what goes astray is no number for a step, and left out
