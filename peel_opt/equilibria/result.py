@@ -17,6 +17,7 @@ from ..model.labels import DISQUALIFYING
 from ..model.rod import Rod
 from ..residual.closures import Closure
 from ..residual.shape import Shape, Solution
+from .dense import DenseShape
 from .storage import (
     equilibrium_head,
     equilibrium_parts,
@@ -250,6 +251,11 @@ class Equilibrium(Groups[float], Pictured, Stored):
     def Ny(self) -> np.ndarray:
         """Reaction force normal to the plate [N/m]."""
         return self.shape.Ny * self._force_unit
+
+    @cached_property
+    def sol(self) -> DenseShape:
+        """The shape as a function of the place, ``eq.sol(s).y`` and so on: see `DenseShape`."""
+        return DenseShape(self)
 
     @property
     def tip_angle(self) -> float:
