@@ -35,6 +35,8 @@ from .analysis.volume_limits import VolumeLimit as VolumeLimit
 from .analysis.volume_limits import volume_limits as volume_limits
 from .app.cards import Card as Card
 from .app.cards import load_card as load_card
+from .app.citation import Citation as Citation
+from .app.citation import citation as citation
 from .base.errors import (
     AmbiguousState as AmbiguousState,
 )

@@ -72,7 +72,7 @@ def test_the_citation_has_the_version_the_licence_and_the_paper():
     assert found["cff-version"] == ["1.2.0"]
     assert found["version"] == [peel_opt.__version__]
     assert found["license"] == [PROJECT["license"]] == ["MIT"]
-    assert found["type"] == ["software", "article"]
+    assert found["type"] == ["software", "article", "article", "article", "article"]
     paper = "Bifurcation analysis of pressure-induced detachment of a rod adhered to a plate"
     assert paper in found["title"]
     assert paper in " ".join(text_of("README.md").split())
