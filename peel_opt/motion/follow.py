@@ -10,18 +10,19 @@ from .mesh import run_on_mesh
 from .run import Posture, Setting, Told, Track, Until
 from .trajectory import Ledger, TipPath
 
-#: Height of a tip on its way down, as a share of its greatest, at which the mesh takes over.
+#: Height of what comes down, as a share of its greatest, at which the mesh takes over.
 LOW = 0.8
 
 
 def beyond_contact(
     setting: Setting, first: Track, until: Until, *, resolution: int = 0, told: Told | None = None
 ) -> Track:
-    """Carry a run of a rod without mass, which ended as its tip came down, on through that on a mesh."""
-    i = int(np.flatnonzero(first.tip.y >= LOW * first.tip.y.max())[-1])
+    """Carry a run of a rod without mass, which ended as it came down, on through that on a mesh."""
+    low = _clearance(first)
+    i = int(np.flatnonzero(low >= LOW * low.max())[-1])
     s = first.fraction * first.front[i]
-    low = Posture(s, first.theta[i], np.zeros_like(s), float(first.t[i]))
-    then = run_on_mesh(setting, low, until, resolution=resolution, told=told)
+    start = Posture(s, first.theta[i], np.zeros_like(s), float(first.t[i]))
+    then = run_on_mesh(setting, start, until, resolution=resolution, told=told)
 
     def both(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.concatenate([a[: i + 1], b[1:]])
@@ -41,3 +42,11 @@ def beyond_contact(
         energy=Ledger(*(both(a, b) for a, b in zip(before, energy, strict=True))),
         events=(*(e for e in first.events if e.t <= at), *(e for e in then.events if e.kind != "start")),
     )
+
+
+def _clearance(run: Track) -> np.ndarray:
+    """Return the height at every time of the tip, or of the lowest point between it and the front, (n,)."""
+    inside = run.y[:, 1:-1]
+    dips = (inside <= run.y[:, :-2]) & (inside < run.y[:, 2:])
+    lowest = np.where(dips, inside, np.inf).min(axis=1)
+    return np.asarray(np.minimum(run.tip.y, lowest))

@@ -17,13 +17,17 @@ from .flap import Flap
 from .run import Posture, Setting
 
 #: Length, over eta, of a stretch beyond a kink from which it is a phase of its own, and below which a phase
-#: ends: what is left out of the traction moves nothing by more than its square times the time it takes.
-BORN, DEAD = 2.5e-3, 1.5e-3
+#: ends, at the tip and within the rod.  What is left out of the traction rises with the distance from the
+#: kink at the tip, and within the rod, where the stretch is an arc, with its square.
+BORN, DEAD = (2.5e-3, 2e-2), (1.5e-3, 1.2e-2)
 
-KEPT = 0.5 * (BORN + DEAD)
+KEPT = tuple(0.5 * (born + dead) for born, dead in zip(BORN, DEAD, strict=True))
 
 #: Height over eta below a kink from which a stretch within the rod is looked at.
-NEAR = -1e-3
+NEAR = -0.05
+
+#: Depth over eta below the plate that is none: heights near the front are as small.
+FLAT = 1e-10
 
 #: Points of a phase at which its heights are looked at, a multiple of its degree.
 LOOKED = 4
@@ -51,27 +55,42 @@ def degrees(lengths: np.ndarray, degree: int) -> tuple[int, ...]:
 
 
 class Excess(NamedTuple):
-    """How far a flap is beyond its phases, positive from where they must change."""
+    """How far a flap is beyond its phases, positive from where they must change, and below the plate."""
 
     beyond: float
     short: float
     long: float
+    sunk: float
+
+    @property
+    def most(self) -> float:
+        """The largest of what changes the phases."""
+        return max(self.beyond, self.short, self.long)
 
 
 def excess(flap: Flap, u: np.ndarray) -> Excess:
-    """Return by how much heights pass the kinks of their phases, and a phase is too short or too long."""
+    """Return by how much heights pass the kinks of their phases, and a phase is too short or too long.
+
+    ``sunk`` is how far the lowest point between tip and front is below the plate, `NEAR` where none is near.
+    """
     kinks = np.array([-np.inf, *flap.setting.law.kinks, np.inf]) / flap.setting.ratio
-    beyond = [-np.inf]
-    for j, phase in enumerate(flap.outline(u, LOOKED * flap.basis.degree)):
+    many = LOOKED * flap.basis.degree
+    beyond, sunk = [-np.inf], NEAR
+    for j, phase in enumerate(flap.outline(u, many)):
         low, high = kinks[flap.phases[j] : flap.phases[j] + 2]
-        s, heights = phase[:, 0], phase[:, 3]
-        for over in [heights - high] * bool(np.isfinite(high)) + [low - heights] * bool(np.isfinite(low)):
-            if j == 0:  # the tip leaves first
-                beyond.append(over[0] - BORN * abs(np.sin(phase[0, 1])))
-            near = (
-                np.flatnonzero((over[1:-1] >= over[:-2]) & (over[1:-1] > over[2:]) & (over[1:-1] > NEAR)) + 1
-            )
-            beyond += [_top(s[i - 1 : i + 2], over[i - 1 : i + 2]) for i in near]
+        heights = phase[:, 3]
+        if j == 0:  # the tip leaves first
+            margin = BORN[0] * abs(np.sin(phase[0, 1]))
+            beyond += [heights[0] - high - margin, low - heights[0] - margin]
+        turns = np.flatnonzero((heights[1:-1] - heights[:-2]) * (heights[2:] - heights[1:-1]) <= 0.0) + 1
+        for i in turns.tolist():
+            top = heights[i] >= heights[i - 1]
+            over = heights[i] - high if top else low - heights[i]
+            if max(over, -np.inf if top else -heights[i]) > NEAR:
+                height, bend = _turning(phase, i)
+                born = 0.125 * abs(bend) * BORN[1] ** 2  # by how much one is beyond that is BORN long
+                beyond.append((height - high if top else low - height) - born)
+                sunk = sunk if top else max(sunk, -height - born - FLAT)
     lengths = u[flap.lengths]
     long = [
         length - most
@@ -81,15 +100,29 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
     ]
     return Excess(
         float(max(beyond)),
-        float(DEAD - lengths.min()) if len(lengths) > 1 else -np.inf,
+        float(max(DEAD[0] - lengths[0], (DEAD[1] - lengths[1:]).max())) if len(lengths) > 1 else -np.inf,
         float(max(long, default=-np.inf)),
+        float(sunk),
     )
 
 
-def _top(s: np.ndarray, over: np.ndarray) -> float:
-    """Return by how much the top of a parabola through points is higher than one that is BORN long."""
-    a, b, c = np.polyfit(s - s[1], over, 2)
-    return float(c - 0.25 * b * b / a + 0.25 * a * BORN**2) if a < 0.0 else -np.inf
+def _turning(phase: np.ndarray, i: int) -> tuple[float, float]:
+    """Return the height at which a phase turns near one of its points, and its second derivative there.
+
+    The angle is a multiple of pi there.  The points are too far apart for a parabola.
+    """
+    places = -np.cos(np.linspace(0.0, np.pi, len(phase)))
+    theta, height = (_to_chebyshev(len(phase)) @ phase[:, [1, 3]]).T
+    slope, level = chebyshev.chebder(theta), np.pi * round(phase[i, 1] / np.pi)
+    place = places[i]
+    for _ in range(MOST_CORRECTIONS):
+        change = (level - chebyshev.chebval(place, theta)) / chebyshev.chebval(place, slope)
+        place = min(max(place + change, places[i - 1]), places[i + 1])
+        if abs(change) < PLACED:
+            break
+    per_length = 2.0 / (phase[-1, 0] - phase[0, 0])
+    bend = math.cos(level) * float(chebyshev.chebval(place, slope)) * per_length
+    return float(chebyshev.chebval(place, height)), bend
 
 
 #: The angle of a flap, or its spin, as a function of s.
@@ -157,6 +190,8 @@ def laid_out(
             break
         if lengths.min() <= 0.0:
             raise NotConverged("the places where the bond lets go could not be found on the moving rod.")
+    if excess(flap, u).most > 0.0:
+        raise NotConverged("where the bond lets go could not be told apart on the moving rod.")
     z = np.zeros(flap.size)
     if spin is not None:
         count = len(lengths)
@@ -184,7 +219,7 @@ def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[int, ...
     for i in np.flatnonzero(np.diff(piece)):
         kink = kinks[min(piece[i], piece[i + 1])]
         where = s[i] + (s[i + 1] - s[i]) * (kink - y[i]) / (y[i + 1] - y[i])
-        if where - runs[-1][1] < KEPT:  # too short for a phase
+        if where - runs[-1][1] < KEPT[len(runs) > 1]:  # too short for a phase
             del runs[-1]
         if not runs or runs[-1][0] != piece[i + 1]:
             runs.append((int(piece[i + 1]), float(where) if runs else 0.0))

@@ -13,7 +13,7 @@ import numpy as np
 from .chain import Chain
 from .memory import Memory
 from .moments import AHEAD, BLOCK, LONGEST, Lift, Moment, Pacer, Pressure, Spent, begun, let_go, spent
-from .readings import Recorder, at_rest_in, spin_of, tail
+from .readings import Recorder, at_rest_in, down, spin_of, tail
 from .run import Posture, Setting, Told, Track, Until
 
 #: Link lengths over eta, and angles [rad] that a link turns in a step, of the two resolutions.
@@ -95,7 +95,7 @@ def carried(
                 lift, at = None, let_go(at)
                 pacer.begins()
                 kept.happened("lift")
-        elif before.y[0] > 0.0 >= at.y[0]:
+        elif down(at) and not down(before):
             outcome = _landed(kept, until)
         elif until.arrest and kept.at_rest(at):
             if tail(at) == 1 and lifts < len(LIFTS):

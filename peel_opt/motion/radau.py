@@ -184,9 +184,13 @@ class Integrator:
             if taken is None:
                 h *= SHRINKAGE
                 continue
-            factor = SAFETY * (self.tol / max(taken.error, 1e-30)) ** (1.0 / (self.stages + 1))
+            power = 1.0 / (self.stages + 1)
+            factor = SAFETY * (self.tol / max(taken.error, TINY)) ** power
             if taken.error <= self.tol:
-                return taken, h * min(factor, GROWTH)
+                if before is not None:  # where steps get shorter they go on to
+                    trend = h / before.length * (before.error / max(taken.error, TINY)) ** power
+                    factor *= min(trend, 1.0)
+                return taken, h * min(max(factor, SHRINKAGE), GROWTH)
             h *= max(min(factor, 1.0), SHRINKAGE)
         raise NotConverged(f"the motion could not be carried on at t = {t:.6g}.")
 
@@ -198,6 +202,7 @@ class Integrator:
         rates, seconds = self._rates(D, u, z, stages)
         factors, last = None, np.inf
         for _ in range(MOST_CORRECTIONS):
+            fresh = factors is None
             if factors is None:
                 residual, factors = self._linearised(D, stages, rates, seconds)
             else:
@@ -208,8 +213,8 @@ class Integrator:
             stages = stages + change
             rates, seconds = self._rates(D, u, z, stages)
             size = float(np.abs(self.system.felt(change)).max())
-            if size <= CONVERGED * self.tol:
-                break
+            if size <= CONVERGED * self.tol or (fresh and SLOW * last < size <= self.tol):
+                break  # or all that is left is rounding
             if not size < FARTHEST:
                 return None
             # The front hangs on a small difference: where the derivatives are old it converges slowly.

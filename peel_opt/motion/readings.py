@@ -32,6 +32,9 @@ ANGLES = 0.5
 #: Tip angle [rad] beyond which a rod is folded over.
 FOLDED = -0.5 * math.pi
 
+#: Height over eta of a point ahead of which a rod may lie down: nearer the front it is hardly open.
+CLEAR = 0.01
+
 #: Share of the range of the bond to which a point has been open that is behind the front.
 DAMAGED = 0.01
 
@@ -86,6 +89,12 @@ def missed(chain: Chain, at: Moment, pressure: float) -> float:
 def tail(at: Moment) -> int:
     """Return how many nodes lie on the plate from the tip on."""
     return int(np.argmax(at.y > 0.0))
+
+
+def down(at: Moment) -> bool:
+    """Whether the tip, or a point between it and what is well open, lies on the plate."""
+    open_at = np.flatnonzero(at.y > CLEAR)
+    return bool(open_at.size) and not at.y[: open_at[-1]].all()
 
 
 def at_rest_in(at: Moment) -> str:

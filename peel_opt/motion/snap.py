@@ -94,7 +94,7 @@ def snap(
     law : str or CohesiveLaw
         As in `length_given_pressure`.
     until : {"arrest", "contact"} or float
-        When to stop: at rest, at the first touch of the tip, or at a time.
+        When to stop: at rest, at the first touch of the plate, or at a time.
     rod_length : float, optional
         Of the whole rod [m]; long enough if not given.
     progress : None, bool or callable
@@ -110,8 +110,8 @@ def snap(
         If an argument cannot be meant: a negative drag, mass and drag both zero, another scene, a rod that
         is no longer than what is detached at the start.
     OutOfRange
-        From T0 on, where nothing attached is in equilibrium; and where the tip of a rod with mass comes down
-        on the plate and the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
+        From T0 on, where nothing attached is in equilibrium; and where a rod with mass comes down on the
+        plate and the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
     NoEquilibrium
         If the pressure holds no unfolded state to begin with.
     NotConverged
@@ -138,7 +138,7 @@ def snap(
     if fine.outcome == "contact" and until != "contact":
         units = Units.of(asked.rod)
         raise OutOfRange(
-            f"the tip came down on the plate at t = {found.t[-1]:.6g} {found.time_unit}, with"
+            f"the rod came down on the plate at t = {found.t[-1]:.6g} {found.time_unit}, with"
             f" sbar = {found.front[-1]:.6g} {units.length}: what follows depends on how it bounces.",
             remedy='Ask until="contact" for the motion up to there.',
             candidates=(found,),

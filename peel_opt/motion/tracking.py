@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -33,6 +34,9 @@ RELAXED = 1e-7
 #: Fastest point, eta per time unit, of a rod that is at rest.
 REST = 1e-8
 
+#: Height of a tip over eta that is on the plate.
+LANDED = 1e-9
+
 #: How near front and tip come to where they were a period ago, over eta, on a motion that repeats itself.
 ROUND = 1e-5
 
@@ -45,6 +49,9 @@ FRACTIONS = np.linspace(0.0, 1.0, 101)
 
 #: Steps after which a run is given up: one that settles fast takes a hundred or two.
 MOST_STEPS = 1500
+
+#: Steps that pass at least so much time, over the time unit; else the front is not resolved.
+STALLED, PASSED = 100, 1e-4
 
 #: Shortest detached length over eta that is still followed as it closes.
 CLOSED = 0.2
@@ -78,6 +85,7 @@ def track(
     h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
     _keep(log, flap, t, u, z if setting.mass else flap.rate(u))
     log.name("start", t, log.rows[0][1].front, flap.tip(u))
+    times = deque([t], maxlen=STALLED)
     for _ in range(MOST_STEPS):
         system = Integrator(flap, bool(setting.mass), tol)
         step, h = system.advance(t, u, z, min(h, until.time - t), before)
@@ -90,10 +98,11 @@ def track(
             step = taken
         _record(log, flap, step, setting)
         t, u, z, before = step.stop, step.u[-1], step.z[-1], step
+        times.append(t)
         if told is not None:
             told(t)
         reading = log.rows[-1][1]
-        if abs(reading.identity) > LOST:
+        if abs(reading.identity) > LOST or (len(times) == STALLED and t - times[0] < PASSED):
             raise NotConverged(
                 f"from t = {t:.6g}, sbar/eta = {reading.front:.6g} on the moving rod is not resolved.",
                 remedy="Give a rod_length or a time at which to stop before, or a lower pressure.",
@@ -112,7 +121,7 @@ def track(
             kind = "time"
         if kind:
             log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, reading.front, reading.tip)
-            return _finished(log, flap, u, z, _outcome(kind, float(reading.tip.angle), float(first)))
+            return _finished(log, flap, u, z, _outcome(kind, reading.tip, float(first)))
     raise NotConverged(
         f"{MOST_STEPS} steps came to no end, at t = {t:.6g}.", remedy="Ask for a time, or with drag."
     )
@@ -142,12 +151,12 @@ def _in_new_phases(
     return laid_out(flap.setting, degree, sbar, theta, spin if flap.setting.mass else None)
 
 
-def _outcome(kind: str, angle: float, first: float) -> str:
+def _outcome(kind: str, tip: TipPath, first: float) -> str:
     """Return in what a run ends that was ended by some event."""
-    if kind == "contact" and abs(angle) < max(abs(first), 0.5 * math.pi):
+    if kind == "contact" and tip.y < LANDED and abs(tip.angle) < max(abs(first), 0.5 * math.pi):
         return "closes"
     if kind == "arrest":
-        return "folded" if angle < -0.5 * math.pi else "held"
+        return "folded" if tip.angle < -0.5 * math.pi else "held"
     return {"time": "not settled", "cycle": "flapping"}.get(kind, kind)
 
 
@@ -168,16 +177,16 @@ def _goes_round(events: list[Happening]) -> bool:
 def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:
     """Return what first ends the smooth motion within a step, and when."""
 
-    def beyond(u: np.ndarray) -> float:
-        return max(excess(flap, u))
+    def sunk(u: np.ndarray) -> float:
+        return max(-float(flap.tip(u).y), excess(flap, u).sunk)
 
     signs: dict[str, Callable[[np.ndarray], float]] = {
-        "contact": lambda u: -float(flap.tip(u).y),
+        "contact": sunk,
         "closes": lambda u: CLOSED - float(u[flap.lengths].sum()),
         "end of rod": lambda u: float(u[flap.lengths].sum()) - setting.length,
     }
     if setting.law.kinks:
-        signs["phases"] = beyond
+        signs["phases"] = lambda u: excess(flap, u).most
     times = step.start + step.length * np.append(0.0, BETWEEN)
     states = step.at(times)[0]
     found = []

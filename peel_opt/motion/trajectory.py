@@ -36,7 +36,7 @@ OUTCOMES = {
     "flat fold": "the rod comes to rest in a loop with the rest of it lying upside down on the plate",
     "closes": "the start was below the unstable state: the rod lies down and heals",
     "held": "the rod comes to rest in an unfolded equilibrium, kept there by a bond that does not heal",
-    "contact": "the tip came down on the plate, and the motion was followed no further",
+    "contact": "the rod came down on the plate, with its tip or before it, and was followed no further",
     "end of rod": "nothing is left to peel",
     "not settled": "the time was up before the rod came to rest",
 }

@@ -76,11 +76,11 @@ def overdamped() -> po.Snap:
 
 @cache
 def orbit(r: float, P: float, mass: float, drag: float) -> po.Snap:
-    """To rest, or with a mass to where the tip comes down."""
+    """To rest, or with a mass to where it comes down."""
     rod = po.Rod.from_ratio(r)
     if not mass:
         return po.snap(rod, P, drag=drag)
-    with pytest.raises(po.OutOfRange, match="tip came down") as raised:
+    with pytest.raises(po.OutOfRange, match="rod came down") as raised:
         po.snap(rod, P, mass=mass, drag=drag)
     landed = raised.value.candidates[0]
     assert isinstance(landed, po.Snap)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import peel_opt as po
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.named_laws import exponential
 from peel_opt.motion.departure import stretched
 from peel_opt.motion.flap import Flap
-from peel_opt.motion.layout import laid_out, through
+from peel_opt.motion.layout import BORN, NEAR, excess, laid_out, through
 from peel_opt.motion.radau import Integrator
 from peel_opt.motion.run import Setting
 
@@ -77,3 +80,37 @@ def test_polynomials_converge_faster_than_any_power() -> None:
         fronts.append(step.u[-1][flap.lengths].sum())
     errors = np.abs(np.array(fronts[:-1]) - fronts[-1])
     assert np.all(errors[1:] < errors[:-1] / 5.0)
+
+
+def dipping(turns: float, length: float = 5.0) -> tuple[np.ndarray, float, float]:
+    """Unknowns of a flap of one phase that rises, falls from 2 from its front on and rises from ``turns`` on.
+
+    With its lowest height and the second derivative of the height there.
+    """
+
+    def theta(s: np.ndarray) -> np.ndarray:
+        zeta = length - s
+        return -0.02 * zeta**2 * (zeta - 2.0) * (zeta - turns)
+
+    flap = Flap(Setting(1.0, COHESIVE, 0.9, 0.0, 1.0), (0,), (31,))
+    xi, value, _, _ = flap.basis.looked(200)
+    u = np.append(np.linalg.lstsq(value, theta(length * xi), rcond=None)[0], length)
+    height = quad(lambda s: -math.sin(theta(s)), length - turns, length, epsabs=1e-13)[0]
+    return u, height, 0.02 * turns**2 * (turns - 2.0)
+
+
+@pytest.mark.parametrize("beyond", [-0.01, 0.01])
+def test_a_dip_into_the_range_of_the_bond_is_seen_from_where_it_begins(beyond: float) -> None:
+    u, height, bend = dipping(2.912345)  # between the points at which heights are looked at
+    depth = 0.125 * bend * BORN[1] ** 2  # of an arc that is BORN long
+    ratio = 1.0 / (height + (1.0 + beyond) * depth)
+    found = excess(Flap(Setting(ratio, COHESIVE, 0.9, 0.0, 1.0), (1,), (31,)), u)
+    assert found.most == found.beyond == pytest.approx(beyond * depth, abs=1e-10)
+
+
+@pytest.mark.parametrize("turns", [2.9, 3.9])
+def test_a_rod_that_sinks_below_its_plate_between_tip_and_front_is_seen(turns: float) -> None:
+    u, height, bend = dipping(turns)
+    assert (height < 0.0) == (turns > 3.0)
+    found = excess(Flap(Setting(0.01, COHESIVE, 0.9, 0.0, 1.0), (0,), (31,)), u).sunk
+    assert found == pytest.approx(max(-height - 0.125 * bend * BORN[1] ** 2, NEAR), abs=1e-9)
