@@ -118,6 +118,7 @@ def test_a_rod_has_places_from_t_to_contact_and_its_own_state_among_them() -> No
     assert scene.equilibrium.pressure == pytest.approx(eq.pressure, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_the_same_problem_gives_the_same_bytes(page: Path, tmp_path: Path) -> None:
     again = write_page(tmp_path / "again.html", START, values=[8.0], points=12)
     assert again.read_bytes() == page.read_bytes()

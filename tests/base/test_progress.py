@@ -56,7 +56,11 @@ def test_a_terminal_shows_a_bar_after_a_while(monkeypatch: pytest.MonkeyPatch) -
     assert terminal.getvalue() == shown
 
 
-@pytest.mark.parametrize("stream", [None, Pane(), _closed()], ids=["none", "pane", "closed"])
+@pytest.mark.parametrize(
+    "stream",
+    [None, pytest.param(Pane(), marks=pytest.mark.slow), pytest.param(_closed(), marks=pytest.mark.slow)],
+    ids=["none", "pane", "closed"],
+)
 def test_long_work_needs_no_stderr(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, stream: Any) -> None:
     monkeypatch.setattr("sys.stderr", stream)
     assert po.sweep(GRID).certified.all()

@@ -52,10 +52,11 @@ def _hashes(rod: po.Rod, threads: int | None) -> list[str]:
 
 RODS = [
     pytest.param(FLAP, id="aortic flap"),
-    pytest.param(po.Rod(2e6 * 1e-9 / 9.0, 1e5, 1e-6), id="silicone sheet", marks=pytest.mark.slow),
+    pytest.param(po.Rod(2e6 * 1e-9 / 9.0, 1e5, 1e-6), id="silicone sheet"),
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rod", RODS)
 def test_one_blas_thread_and_all_of_them_give_the_same_bits(rod: po.Rod) -> None:
     one = _hashes(rod, 1)

@@ -176,6 +176,7 @@ def test_held_length_charts(tmp_path: Path) -> None:
         assert 0.0 < low < high
 
 
+@pytest.mark.slow
 def test_flaw_charts(tmp_path: Path) -> None:
     found = load("flaw_charts").main(tmp_path, flaws=(0.1, 1.0), cards="a*")
     assert list(found) == ["aircraft_tape", "aortic_flap"]
@@ -219,6 +220,7 @@ def test_pressure_chart_sweep(tmp_path: Path) -> None:
     assert (tmp_path / "chart.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_snap() -> None:
     found = load("snap").main()
     flap, beam = found["flap at 300 mmHg"], found["beam at 1 bar"]

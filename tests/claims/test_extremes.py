@@ -314,6 +314,7 @@ def test_a_certificate_is_judged_by_the_size_of_the_pressure() -> None:
     assert branch.error.max() < 2e-9
 
 
+@pytest.mark.slow
 def test_a_window_out_of_reach_ends_with_an_error() -> None:
     # So far out that doubles do not tell points a landing's width apart.
     with pytest.raises(po.NotConverged, match="nearer to the transition"):

@@ -116,18 +116,14 @@ def test_docstring_examples(module: str) -> None:
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
-#: Pages whose examples take several seconds each: motions, and traces of scenes.
-LONG = [
-    p
-    for p in PAGES
-    if p.stem.startswith("scenes") or p.stem in {"api", "bonds_that_do_not_heal", "motion", "stability"}
-]
+#: Pages whose examples take no more than a second; a reader's way through the others is for the slow run.
+SHORT = {"figures", "choosing_a_method"}
 
 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=[pytest.mark.slow] if page in LONG else [], id=page.stem)
+        pytest.param(page, marks=[] if page.stem in SHORT else [pytest.mark.slow], id=page.stem)
         for page in PAGES
         if "```python" in page.read_text(encoding="utf-8")
     ],

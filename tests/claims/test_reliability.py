@@ -189,9 +189,9 @@ def limited(most: int):
     [
         ([*RUN, "--out", "out"], 0),
         ([*RUN, "--out", "out"], 3000),
-        ([*SWEEP, "--out", "out"], 20_000),
+        pytest.param([*SWEEP, "--out", "out"], 20_000, marks=pytest.mark.slow),
         (["trace", "--beta0", "4", "--points", "8", "--out", "out"], 2000),
-        (["figures", "7", "--out", "out"], 4000),
+        pytest.param(["figures", "7", "--out", "out"], 4000, marks=pytest.mark.slow),
     ],
     ids=["nothing", "an answer", "a journal", "a branch", "a figure"],
 )
@@ -266,6 +266,7 @@ def test_pictures_need_no_screen_and_texts_no_alphabet(tmp_path):
 # --- two at once ----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_runs_in_one_folder_leave_whole_files(tmp_path):
     with started([*RUN, "--out", "out"], tmp_path) as one, started([*RUN, "--out", "out"], tmp_path) as other:
         results = [process.communicate(timeout=120) for process in (one, other)]
@@ -275,6 +276,7 @@ def test_two_runs_in_one_folder_leave_whole_files(tmp_path):
     assert check_whole(tmp_path / "out") == len(names)
 
 
+@pytest.mark.slow
 @posix
 def test_two_sweeps_with_one_journal_do_not_mix(tmp_path):
     with started([*SWEEP, "--out", "out"], tmp_path) as one:
@@ -340,7 +342,7 @@ def refused(n: int) -> None:
     ("repeat", "first", "then"),
     [
         (solved, 100, 400),
-        (refused, 30, 100),
+        pytest.param(refused, 30, 100, marks=pytest.mark.slow),
         (traced, 10, 30),
         pytest.param(solved, 500, 10_000, marks=pytest.mark.slow),
         pytest.param(another_rod, 300, 1000, marks=pytest.mark.slow),

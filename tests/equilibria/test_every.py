@@ -111,7 +111,12 @@ def test_no_state_above_the_plate_is_missed(
 
 
 @pytest.mark.parametrize(
-    ("ratio", "met", "not_met"), [(1.0, [0.6, 0.958], [0.3]), (3.0, [0.97], []), (10.0, [0.97], [])]
+    ("ratio", "met", "not_met"),
+    [
+        pytest.param(1.0, [0.6, 0.958], [0.3], marks=pytest.mark.slow),
+        (3.0, [0.97], []),
+        pytest.param(10.0, [0.97], [], marks=pytest.mark.slow),
+    ],
 )
 def test_the_branch_under_a_law_that_jumps_has_the_states_that_a_scan_finds(
     ratio: float, met: list[float], not_met: list[float]

@@ -116,6 +116,7 @@ def test_numbers_are_in_the_units_of_the_rod() -> None:
     assert one.tip_angle == pytest.approx(other.tip_angle, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_each_number_of_a_scene_may_be_the_free_one() -> None:
     """Solve for the length, then for every other number at that length: each comes back."""
     loads = [po.Pressure(po.profiles.linear(-0.1)), po.Weight(0.02), po.SkinFriction(traction=-0.05)]
@@ -297,6 +298,7 @@ def test_a_lifted_state_too_small_to_follow_is_not_replaced_by_one_beyond_the_sn
     assert po.solve(scene, free="length", pressure=0.3, state="unfolded").length > 3.0
 
 
+@pytest.mark.slow
 def test_with_another_number_free_no_state_is_preferred() -> None:
     scene = po.Scene(ROD, wall=po.Circle(0.1), tip=po.Contact())
     with pytest.raises(po.AmbiguousState, match="2 states fit"):

@@ -35,6 +35,7 @@ def test_more_than_a_dozen_states_at_the_groups_of_fig_10b() -> None:
     assert all(eq.certified for eq in found)
 
 
+@pytest.mark.slow
 def test_all_states_of_a_rod_at_a_length() -> None:
     found = po.equilibria(po.Rod.from_ratio(1.0), length=5.5)
     labels = [eq.state for eq in found]

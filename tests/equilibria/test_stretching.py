@@ -69,6 +69,7 @@ def test_a_long_arm_that_stretches_peels_at_kendalls_force(EA: float) -> None:
     assert F * (1.0 - math.cos(phi)) + F**2 / (2.0 * EA) == pytest.approx(G, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_rod_that_hardly_stretches_is_one_that_does_not() -> None:
     """stretch -> infinity, at the rate 1/EA; with a cohesive zone and all loads at once."""
     loads = [po.Pressure(po.profiles.linear(0.2), dead=0.3), po.Weight(0.05, 0.3), po.SkinFriction(0.04)]

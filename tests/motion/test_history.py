@@ -28,6 +28,7 @@ def front_at(run: po.History, pressure: float, *, reload: bool = False) -> float
     return float(run.front[part][np.argmin(np.abs(run.pressure[part] - pressure))])
 
 
+@pytest.mark.slow
 def test_a_flap_grows_on_unloading_to_the_largest_and_no_further(damaged: po.History) -> None:
     largest = po.largest_flap(ROD)
     stopped = front_at(damaged, 0.45)

@@ -17,6 +17,7 @@ def moved() -> po.Snap:
     return po.snap(po.Rod(2.2867e-5, 140096.0, 0.728e-3), 40e3, mass=2.7, drag=2e4)
 
 
+@pytest.mark.slow
 def test_front_and_tip_against_time(moved: po.Snap) -> None:
     ax = moved.plot()
     front = ax.get_lines()[0]

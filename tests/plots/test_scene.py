@@ -135,6 +135,7 @@ def test_weight_hangs_on_the_plumb_line_of_a_tilted_plate():
     np.testing.assert_allclose(down[:, 0] / -down[:, 1], math.tan(0.4), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_pull_at_its_angle_and_a_moment_in_its_sense():
     panel = rod_panel(state("pulled"))
     ((u, v),) = vectors(panel, "tip-force")

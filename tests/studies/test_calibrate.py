@@ -272,6 +272,7 @@ def test_gradients_on_the_chart_are_those_of_differences(law: po.CohesiveLaw) ->
     assert difference[same] == pytest.approx(here.by_AA[same], rel=1e-4, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_gradient_of_a_fit_is_that_of_its_chi_square() -> None:
     """Also with a picture, whose points find their places anew at every rod."""
     data = [noisy(TRUTH, PLACES[[1, 4, 6]], seed=9), picture(4.5e4, 2, free_origin=True)]
@@ -340,6 +341,7 @@ def test_steps_are_counted_on_a_terminal_only(capsys: pytest.CaptureFixture[str]
     assert seen
 
 
+@pytest.mark.slow
 def test_outliers_pull_less_with_a_robust_loss() -> None:
     clean = noisy(TRUTH, PLACES, seed=13)
     length = clean.length.copy()
@@ -401,6 +403,7 @@ def test_points_at_one_place_determine_one_number_only() -> None:
     assert po.calibrate(data, free=(Y0,), rod=start((Y0,))).identifiable
 
 
+@pytest.mark.slow
 def test_numbers_held_on_the_way_are_let_go_where_the_data_know_better() -> None:
     data = noisy(TRUTH, PLACES[:4], seed=5, length=0.1, pressure=0.0)
     begin = po.Rod(TRUTH.bending_stiffness, 2.0 * T_TRUE, 0.5 * TRUTH.adhesion_range)

@@ -288,6 +288,7 @@ def _kill_one_worker_once(journal: Path, others: set[int]) -> threading.Thread:
     return thread
 
 
+@pytest.mark.slow
 @needs_proc
 def test_a_killed_worker_of_the_pool_costs_nothing(tmp_path: Path, whole: po.Sweep) -> None:
     journal = tmp_path / "journal"
@@ -323,6 +324,7 @@ def _worker_that(monkeypatch: pytest.MonkeyPatch, line: str) -> None:
     monkeypatch.setattr(sweep_process, "_MAIN", f"{before}{line}; {served}{after}")
 
 
+@pytest.mark.slow
 def test_workers_that_keep_dying_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sweep_workers, "MOST_LOSSES", 1)
     _worker_that(
@@ -332,6 +334,7 @@ def test_workers_that_keep_dying_are_an_error(monkeypatch: pytest.MonkeyPatch) -
         po.sweep({"ratio": [1.0, 2.0], "pressure_ratio": np.linspace(0.5, 0.9, 60)}, workers=2)
 
 
+@pytest.mark.slow
 def test_workers_that_cannot_begin_are_an_error_if_asked_for(
     monkeypatch: pytest.MonkeyPatch, whole: po.Sweep
 ) -> None:
@@ -723,7 +726,7 @@ def interrupted(arguments: tuple[str, ...], out: Path, sent: signal.Signals, lin
 
 
 @needs_proc
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_a_stopped_sweep_leaves_a_journal_and_no_orphans(tmp_path: Path, sent: signal.Signals) -> None:
     code = interrupted(COMMAND, tmp_path, sent, lines=2)
     assert code == (130 if sent == signal.SIGINT else -sent)
@@ -732,6 +735,7 @@ def test_a_stopped_sweep_leaves_a_journal_and_no_orphans(tmp_path: Path, sent: s
     assert not (tmp_path / "sweep.csv").exists()
 
 
+@pytest.mark.slow
 def test_dask_loses_and_repeats_nothing_when_a_worker_dies(
     tmp_path: Path, whole: po.Sweep, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -216,7 +216,7 @@ def test_a_rod_that_has_no_maxwell_point_is_a_failed_sample() -> None:
     assert found["maxwell_length"].reasons == {"no-equilibrium": int(missing.sum())}
 
 
-@pytest.mark.parametrize("ratio", [0.4998, 0.501, 0.7, 30.0])
+@pytest.mark.parametrize("ratio", [pytest.param(0.4998, marks=pytest.mark.slow), 0.501, 0.7, 30.0])
 def test_the_error_of_a_maxwell_length_holds_next_to_the_turn(ratio: float) -> None:
     rod = po.Rod.from_ratio(ratio)
     found = po.uncertainty(rod, {"bending_stiffness": "0.03 %"}, of="maxwell_length", samples=2)
