@@ -52,7 +52,7 @@ def progress(unit: str, total: int | None = None, told: Progress = None) -> Iter
         yield step
     elif not isinstance(told, bool | None):
         raise InvalidInput(f"progress must be None, False or a function of two numbers, got {told!r:.60}.")
-    elif told is False or not _seen():
+    elif told is False or not at_terminal(sys.stderr):
         yield lambda steps=1: None
     else:
         from tqdm import tqdm
@@ -61,9 +61,9 @@ def progress(unit: str, total: int | None = None, told: Progress = None) -> Iter
             yield lambda steps=1: bar.update(steps) and None
 
 
-def _seen() -> bool:
-    """Whether stderr is a terminal; there may be none (a service), or an object of a program's own."""
+def at_terminal(stream: object) -> bool:
+    """Whether a stream is a terminal; it may be None (a service), or an object of a program's own."""
     try:
-        return bool(sys.stderr.isatty())
+        return bool(stream.isatty())  # type: ignore[attr-defined]
     except (AttributeError, OSError, ValueError):  # ValueError: it is closed
         return False

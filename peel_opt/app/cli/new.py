@@ -55,6 +55,7 @@ def _new(arguments: argparse.Namespace) -> int:
     import tomllib
 
     from ...base.files import as_path, atomic_write, make_folder
+    from ...base.progress import at_terminal
     from ..calibration_cards import CalibrationCard
     from ..card_templates import TEMPLATES
 
@@ -62,7 +63,7 @@ def _new(arguments: argparse.Namespace) -> int:
     files = [path]
     given = {key: getattr(arguments, flag) for key, (flag, _) in KEYS.items()}
     given = {key: text for key, text in given.items() if text is not None}
-    asks = not arguments.examples and sys.stdin.isatty() and sys.stdout.isatty()
+    asks = not arguments.examples and at_terminal(sys.stdin) and at_terminal(sys.stdout)
     kind = arguments.kind or _kind_of(given) or (_asked_kind() if asks else "sheet")
     template = TEMPLATES[kind]
     if template.card is CalibrationCard:
