@@ -19,6 +19,9 @@ from .run import Posture, Setting, Told, Track, Until
 #: Link lengths over eta, and angles [rad] that a link turns in a step, of the two resolutions.
 LINKS, TURNS = (0.05, 0.025), (0.05, 0.025)
 
+#: Nodes times steps after which a run is given up, of the two resolutions: some ten and thirty seconds.
+MOST = (6e5, 2e6)
+
 #: Heights, over that of the top, to which a tip is lifted one after the other that a mesh holds down.
 LIFTS = (0.02, 0.04, 0.08, 0.16)
 
@@ -43,6 +46,7 @@ def run_on_mesh(
         lambda _: setting.pressure,
         until,
         turn=TURNS[resolution],
+        most=MOST[resolution],
         length=setting.length,
         told=told,
     ).track
@@ -68,17 +72,21 @@ def carried(
     until: Until,
     *,
     turn: float,
+    most: float = np.inf,
     length: float = np.inf,
     longest: float = LONGEST,
     told: Told | None = None,
 ) -> Carried:
-    """Carry a rod on from a moment, under a pressure that may change."""
+    """Carry a rod on from a moment, under a pressure that may change, for at most so many nodes times steps."""
     kept = Recorder(chain)
     kept.add(at, pressure(at.t), Spent())
     kept.happened("start")
     pacer = Pacer(turn, longest)
-    outcome, lift, lifts = "not settled", None, 0
+    outcome, lift, lifts, moved = "not settled", None, 0, 0
     while outcome == "not settled" and at.t < until.time:
+        if (moved := moved + len(at.u)) > most:
+            kept.happened("given up")
+            break
         before, at = at, pacer.taken(chain, at, lift.end if lift else until.time, pressure, lift)
         held = chain if lift is None else replace(chain, tip_at=float(at.y[0]))
         kept.add(at, pressure(at.t), spent(held, before, at, pressure))

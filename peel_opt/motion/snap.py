@@ -72,6 +72,7 @@ def snap(
     has one direction in which it grows: the snap along it is one orbit for a rod, a pressure and what
     resists.  The time that it takes to leave is that of the nudge; those between events are the rod's.
     A tip that has landed slides into the state that just touches the plate, and is given a small lift there.
+    A run that takes more steps than one may is "not settled", with "given up" as its last event.
 
     Parameters
     ----------
@@ -304,7 +305,10 @@ def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
     """
     named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
     pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
-    if not coarse.outcome == fine.outcome == "flapping":
+    if coarse.outcome == fine.outcome == "not settled":  # one may have come further
+        t = min(coarse.t[-1], fine.t[-1])
+        pairs.append((_when(coarse, t), _when(fine, t)))
+    elif not coarse.outcome == fine.outcome == "flapping":
         pairs.append((coarse.events[-1], fine.events[-1]))
     if not pairs:
         return math.nan, math.nan
@@ -312,6 +316,12 @@ def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
     begins = pairs[0][0].t - pairs[0][1].t
     passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact", "end of rod"}]
     return max(places), max(passed, default=0.0)
+
+
+def _when(run: Track, t: float) -> Happening:
+    """Return where front and tip of a run were at a time."""
+    at = (float(np.interp(t, run.t, values)) for values in (run.front, run.tip.y, run.tip.x, run.tip.angle))
+    return Happening("time", t, *at)
 
 
 def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error: float) -> Snap:

@@ -37,8 +37,8 @@ REST = 1e-8
 #: Height of a tip over eta that is on the plate.
 LANDED = 1e-9
 
-#: How near front and tip come to where they were a period ago, over eta, on a motion that repeats itself.
-ROUND = 1e-5
+#: How far a motion that repeats itself may still be from its cycle, over eta, and over the width of that.
+ROUND, NARROW = 2e-4, 1e-2
 
 #: Where within a step states are stored beside its end, and the angles that are named, every so many rad.
 BETWEEN = np.array([0.25, 0.5, 0.75, 1.0])
@@ -48,7 +48,7 @@ ANGLES = 0.5
 FRACTIONS = np.linspace(0.0, 1.0, 101)
 
 #: Steps after which a run is given up: one that settles fast takes a hundred or two.
-MOST_STEPS = 1500
+MOST_STEPS = 800
 
 #: Steps that pass at least so much time, over the time unit; else the front is not resolved.
 STALLED, PASSED = 100, 1e-4
@@ -115,7 +115,7 @@ def track(
             continue
         if not kind and reading.speed < REST and until.arrest:
             kind = "arrest"
-        if not kind and until.arrest and _goes_round(log.events):
+        if not kind and until.arrest and goes_round(log.events):
             kind = "cycle"
         if not kind and t >= until.time:
             kind = "time"
@@ -160,18 +160,24 @@ def _outcome(kind: str, tip: TipPath, first: float) -> str:
     return {"time": "not settled", "cycle": "flapping"}.get(kind, kind)
 
 
-def _goes_round(events: list[Happening]) -> bool:
-    """Whether the tip passes an angle as it did a period ago, and a period before that."""
+def goes_round(events: list[Happening]) -> bool:
+    """Whether the motion is as good as on its cycle, by where the tip passes an angle in one direction.
+
+    What two passages differ by shrinks from one to the next, in the end by the same factor: the distance that
+    is left is the rest of a geometric series.  It must be small beside the width of the cycle, or the motion
+    might go round a place of rest that it comes nearer to.
+    """
     passed = [e for e in events if e.kind == "angle"]
     if not passed:
         return False
-    now = passed[-1]
-    again = [e for e in passed[:-1] if abs(e.angle - now.angle) < 0.5 * ANGLES][::-1]
+    same = [e for e in passed if abs(e.angle - passed[-1].angle) < 0.5 * ANGLES]
+    if len(same) < 5:
+        return False
+    places = np.array([(e.front, e.x, e.y) for e in same[-5:]])
     # Between two passages in the same direction there is one in the other.
-    same = again[1:4:2]
-    return len(same) == 2 and all(
-        max(abs(e.front - now.front), abs(e.x - now.x), abs(e.y - now.y)) < ROUND for e in same
-    )
+    width, now, before = (np.abs(places[i] - places[j]).max() for i, j in ((4, 3), (4, 2), (2, 0)))
+    left = now**2 / (before - now) if now < before else math.inf
+    return bool(left < min(ROUND, NARROW * width))
 
 
 def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:

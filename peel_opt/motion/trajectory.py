@@ -38,11 +38,11 @@ OUTCOMES = {
     "held": "the rod comes to rest in an unfolded equilibrium, kept there by a bond that does not heal",
     "contact": "the rod came down on the plate, with its tip or before it, and was followed no further",
     "end of rod": "nothing is left to peel",
-    "not settled": "the time was up before the rod came to rest",
+    "not settled": "the time, or the steps that a run may take, were up before the rod came to rest",
 }
 
 #: What a moment of a motion may be named for.
-HAPPENINGS = ("start", "angle", "lift", "contact", "arrest", "end of rod", "time")
+HAPPENINGS = ("start", "angle", "lift", "contact", "arrest", "end of rod", "time", "given up")
 
 
 #: How far, over eta, a rod at rest may be from the equilibrium that it rests in, beside its error.

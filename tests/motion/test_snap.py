@@ -17,6 +17,8 @@ import pytest
 
 import peel_opt as po
 from peel_opt.motion import snap as snapping
+from peel_opt.motion.tracking import goes_round
+from peel_opt.motion.trajectory import Happening
 
 #: Tip angle, time since the first of them, front, x and y of the tip, in eta and c eta/T0 or t_i.
 ORBITS = {
@@ -351,3 +353,41 @@ def test_a_front_that_takes_too_many_steps_is_left_to_the_mesh(
     found = passed(snapped)
     for angle, _, front, x, y in known[1:]:
         assert found[angle][1:] == pytest.approx((front, x, y), abs=max(2.0 * snapped.error, 2e-3))
+
+
+def test_a_run_that_takes_too_long_is_given_up_with_what_it_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("peel_opt.motion.mesh.MOST", (4e3, 1e4))
+    run = po.snap(po.Rod.from_ratio(1.0), 0.5, bond="damage")
+    assert run.outcome == "not settled"
+    assert run.events[-1].kind == "given up"
+    assert run.events[-1].t == run.t[-1] < 30.0
+    assert 1e-5 < run.error < 0.05  # of the times that both meshes came to
+    assert np.abs(run.energy.defect).max() < 1e-2
+
+
+def passages(ratio: float, left: float, width: float, many: int = 5) -> list[Happening]:
+    """Passages of an angle up and down, those up as far apart as leaves so much to go after the last."""
+    apart = left * (1.0 / ratio - 1.0) if ratio < 1.0 else left
+    last = [Happening("angle", 0.0, 3.0, 1.0, 4.0, -3.0)]
+    for _ in range(many // 2):
+        here = last[0]
+        last = [here._replace(front=here.front - apart), here._replace(front=here.front - width), *last]
+        apart /= ratio
+    return last
+
+
+@pytest.mark.parametrize(
+    ("ratio", "left", "width", "cycle"),
+    [
+        (0.3, 1.5e-4, 0.3, True),
+        (0.3, 2.5e-4, 0.3, False),  # still too far from it
+        (0.95, 2.5e-4, 0.3, False),  # from one passage to the next hardly nearer
+        (1.05, 1e-5, 0.3, False),  # away from something
+        (0.5, 1.5e-4, 4e-4, False),  # round a place of rest
+    ],
+)
+def test_a_cycle_is_one_where_what_is_left_to_it_is_small(
+    ratio: float, left: float, width: float, cycle: bool
+) -> None:
+    assert goes_round(passages(ratio, left, width)) is cycle
+    assert not goes_round(passages(ratio, left, width)[2:])
