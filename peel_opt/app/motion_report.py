@@ -32,7 +32,7 @@ def motion_table(moved: Snap) -> str:
         f" {moved.time_error:.1e} {moved.time_unit}; certificate {np.abs(moved.certificate).max():.1e}",
     ]
     if moved.events[-1].kind == "given up":
-        lines.append("It was given up there: ask --until a time before, or for a rod that is not as long.")
+        lines.append("It was given up there: ask --until a time before, or give a --rod-length.")
     if np.isfinite(moved.growth_rate):
         lines.append(
             f"it leaves the unfolded state at a rate of {moved.growth_rate:.6g} {_per(moved.time_unit)}"

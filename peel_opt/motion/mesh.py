@@ -77,7 +77,7 @@ def carried(
     longest: float = LONGEST,
     told: Told | None = None,
 ) -> Carried:
-    """Carry a rod on from a moment, under a pressure that may change, for at most so many nodes times steps."""
+    """Carry a rod on from a moment, under a pressure that may change: for ``most`` nodes times steps."""
     kept = Recorder(chain)
     kept.add(at, pressure(at.t), Spent())
     kept.happened("start")
@@ -115,10 +115,16 @@ def carried(
                 kept.happened("arrest")
         elif until.arrest and kept.repeats():
             outcome = "flapping"
-        if front + AHEAD > len(at.u) * chain.h and len(at.u) * chain.h < length:
-            room = min(BLOCK, length - len(at.u) * chain.h)
-            at = at.longer(max(round(room / chain.h), 1), chain.h)
+        at = _reaching(chain, at, front, length)
     return Carried(kept.track(spin_of(chain, at), outcome), at)
+
+
+def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
+    """Return a rod with enough of it ahead of its front, as far as there is any."""
+    meshed = len(at.u) * chain.h
+    if front + AHEAD <= meshed or meshed >= length:
+        return at
+    return at.longer(max(round(min(BLOCK, length - meshed) / chain.h), 1), chain.h)
 
 
 def _landed(kept: Recorder, until: Until) -> str:
