@@ -22,7 +22,7 @@ from bokeh.document import Document
 
 from peel_opt.app.explorer.curves import traced
 from peel_opt.app.explorer.page import Page
-from peel_opt.app.explorer.screen import Screen, full_scene
+from peel_opt.app.explorer.screen import Screen, full_screen
 from peel_opt.app.explorer.server import warm_up
 from peel_opt.app.explorer.state import CHOICES, State
 
@@ -67,7 +67,7 @@ def drag(state: State, field: str, values: np.ndarray) -> np.ndarray:
         began = time.perf_counter()
         page._live()
         times.append(time.perf_counter() - began)
-        assert page.scene.state == page.state  # a picture was made
+        assert page.screen.state == page.state  # a picture was made
     return np.array(times)
 
 
@@ -112,10 +112,10 @@ def main() -> int:
     ):
         for accuracy in CHOICES["accuracy"]:
             began = time.perf_counter()
-            scene = full_scene(state.changed(accuracy=accuracy))
+            screen = full_screen(state.changed(accuracy=accuracy))
             seconds = time.perf_counter() - began
-            assert scene.equilibrium is not None
-            print(f"| {name} | {accuracy} | {seconds:.2f} s | {scene.equilibrium.error:.0e} |")
+            assert screen.equilibrium is not None
+            print(f"| {name} | {accuracy} | {seconds:.2f} s | {screen.equilibrium.error:.0e} |")
     return int(slow)
 
 

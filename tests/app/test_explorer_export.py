@@ -64,11 +64,11 @@ def test_places_run_along_the_branch_and_have_the_answers_of_the_package() -> No
     assert (np.diff(alpha1) < 0.0).all()
     assert {p.state.label for p in found} == {"middle", "lower"}
     for place in found[::3]:
-        scene = solved(place)
-        assert scene is not None
+        screen = solved(place)
+        assert screen is not None
         eq = po.equilibrium(beta0=4, lam=place.state.lam, state=place.state.label)
-        assert scene.equilibrium is not None
-        assert scene.equilibrium.alpha1 == pytest.approx(eq.alpha1, abs=1e-8)
+        assert screen.equilibrium is not None
+        assert screen.equilibrium.alpha1 == pytest.approx(eq.alpha1, abs=1e-8)
 
 
 def test_a_place_whose_answer_lies_elsewhere_is_left_out() -> None:
@@ -111,11 +111,11 @@ def test_a_rod_has_places_from_t_to_contact_and_its_own_state_among_them() -> No
     assert {p.state.label for p in found} == {"middle", "lower", "folded"}
     found, at, shown = precomputed.with_own(found, state)
     assert shown
-    scene = solved(found[at])
-    assert scene is not None
-    assert scene.equilibrium is not None
+    screen = solved(found[at])
+    assert screen is not None
+    assert screen.equilibrium is not None
     eq = po.pressure_given_length(po.Rod(state.k, state.T0, state.y0), 1.9e-3)
-    assert scene.equilibrium.pressure == pytest.approx(eq.pressure, rel=1e-10)
+    assert screen.equilibrium.pressure == pytest.approx(eq.pressure, rel=1e-10)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The explorer's model: states, links, cards, scenes; nothing here knows Bokeh or a browser."""
+"""The explorer's model: states, links, cards, screens; nothing here knows Bokeh or a browser."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
 from peel_opt.app.explorer.potential import landscape
 from peel_opt.app.explorer.quick_walks import quick_branch, quick_groups, quick_rod
-from peel_opt.app.explorer.screen import full_scene, live_scene
+from peel_opt.app.explorer.screen import full_screen, live_screen
 from peel_opt.app.explorer.state import CHOICES, State
 from peel_opt.app.explorer.state_cards import from_card, to_card
-from peel_opt.app.explorer.tables import COLUMNS, scene_csv
+from peel_opt.app.explorer.tables import COLUMNS, screen_csv
 from peel_opt.base.units import told_apart
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
@@ -224,13 +224,13 @@ def test_the_error_of_a_quick_walk_bounds_its_distance_from_the_branch(law: Any,
 def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(state: State) -> None:
     exists = full_answer(state).equilibrium
     assert exists is not None
-    cut = live_scene(state, budget=0.0)
+    cut = live_screen(state, budget=0.0)
     assert "so far" in cut.message
     assert "nearest" not in cut.message
     assert cut.nearest is None
     # Nor does it keep the picture before from being followed.
     before = full_answer(state.at(0.99 * state.value)).equilibrium
-    followed = live_scene(state, before=before, budget=0.0).equilibrium
+    followed = live_screen(state, before=before, budget=0.0).equilibrium
     assert followed is not None
     assert followed.alpha1 == pytest.approx(exists.alpha1, abs=1e-3)
 
@@ -244,7 +244,7 @@ def test_a_walk_cut_by_its_deadline_does_not_say_that_a_state_does_not_exist(sta
     ],
 )
 def test_an_unfolded_state_under_law_8_is_shown_before_its_branch_is_walked(state: State) -> None:
-    quick, exact = live_scene(state, budget=0.0), full_answer(state).equilibrium
+    quick, exact = live_screen(state, budget=0.0), full_answer(state).equilibrium
     assert not quick.curve.ended
     assert quick.equilibrium is not None
     assert exact is not None
@@ -269,41 +269,41 @@ def test_quick_diagrams_cover_their_window(beta0: float) -> None:
     assert (curve.special("LP-lambda") is None) == (beta0 in (0.0, 60.0))
 
 
-# --- scenes -----------------------------------------------------------------------------------
+# --- screens -----------------------------------------------------------------------------------
 
 
 def test_the_four_panels_show_one_state() -> None:
-    scene = full_scene(State())
+    screen = full_screen(State())
     eq = po.equilibrium(beta0=4.0, lam=State().lam)
-    assert scene.diagram.here == pytest.approx((eq.lam, eq.alpha1), rel=1e-7)
-    assert scene.potential is not None
-    assert scene.potential.here is not None
-    assert scene.potential.here[0] == pytest.approx(eq.alpha1, rel=1e-7)
-    assert scene.loop is not None
-    assert scene.loop.here == scene.diagram.here
-    assert scene.rod is not None
-    (line,) = [line for line in scene.rod.lines if line.look == "rod"]
+    assert screen.diagram.here == pytest.approx((eq.lam, eq.alpha1), rel=1e-7)
+    assert screen.potential is not None
+    assert screen.potential.here is not None
+    assert screen.potential.here[0] == pytest.approx(eq.alpha1, rel=1e-7)
+    assert screen.loop is not None
+    assert screen.loop.here == screen.diagram.here
+    assert screen.rod is not None
+    (line,) = [line for line in screen.rod.lines if line.look == "rod"]
     assert line.y[0] == pytest.approx(eq.tip_height, rel=1e-9)
-    assert {m.letter for m in scene.diagram.marks} >= {"T", "F"}
-    assert {mark.look for mark in scene.potential.marks} == {"fold", "maxwell", "delay"}
-    assert {line.look for line in scene.diagram.lines} >= {"stable", "unstable", "spurious", "straight"}
-    assert not scene.message
-    assert scene.full
+    assert {m.letter for m in screen.diagram.marks} >= {"T", "F"}
+    assert {mark.look for mark in screen.potential.marks} == {"fold", "maxwell", "delay"}
+    assert {line.look for line in screen.diagram.lines} >= {"stable", "unstable", "spurious", "straight"}
+    assert not screen.message
+    assert screen.full
 
 
 @pytest.mark.parametrize("convention", ["delay", "maxwell"])
 def test_the_loop_is_that_of_the_library(convention: Any) -> None:
-    scene = full_scene(State(convention=convention))
+    screen = full_screen(State(convention=convention))
     loop = po.hysteresis(beta0=4.0, convention=convention)
-    assert scene.loop is not None
-    jumps = {mark.look: mark.x for mark in scene.loop.marks}
+    assert screen.loop is not None
+    jumps = {mark.look: mark.x for mark in screen.loop.marks}
     assert sorted(jumps.values()) == pytest.approx(sorted(j.lam for j in loop.jumps), abs=1e-6)
-    area = float(scene.headings["loop"].split()[-1])
+    area = float(screen.headings["loop"].split()[-1])
     assert area == pytest.approx(loop.area, rel=2e-4, abs=1e-9)
 
 
 def test_a_frame_of_the_sweep_is_a_state_of_the_loop() -> None:
-    loop = live_scene(State()).sweep
+    loop = live_screen(State()).sweep
     assert loop is not None
     detached = [f for f in loop.frames if f.label == "lower"]
     assert len(detached) > 20
@@ -314,19 +314,19 @@ def test_a_frame_of_the_sweep_is_a_state_of_the_loop() -> None:
 
 
 def test_a_rod_under_pressure_has_its_own_loop() -> None:
-    scene = live_scene(PRESSED, budget=10.0)
-    assert scene.loop is not None
-    p_min = next(m.x for m in scene.loop.marks if m.look == "readheres-down")
+    screen = live_screen(PRESSED, budget=10.0)
+    assert screen.loop is not None
+    p_min = next(m.x for m in screen.loop.marks if m.look == "readheres-down")
     assert p_min == pytest.approx(0.121837041, abs=1e-4)
-    assert scene.sweep is not None
-    assert isinstance(scene.sweep.loop, PressureLoop)
-    assert all(f.label in ("adhered", "folded") for f in scene.sweep.frames)
-    other = live_scene(PRESSED.changed(convention="maxwell"), budget=10.0).sweep
+    assert screen.sweep is not None
+    assert isinstance(screen.sweep.loop, PressureLoop)
+    assert all(f.label in ("adhered", "folded") for f in screen.sweep.frames)
+    other = live_screen(PRESSED.changed(convention="maxwell"), budget=10.0).sweep
     assert other is not None
     assert "delay convention only" in other.note
 
 
-@pytest.mark.parametrize("picture", [live_scene, full_scene])
+@pytest.mark.parametrize("picture", [live_screen, full_screen])
 @pytest.mark.parametrize(
     "state",
     [
@@ -336,11 +336,11 @@ def test_a_rod_under_pressure_has_its_own_loop() -> None:
     ],
 )
 def test_what_does_not_exist_is_said_with_the_nearest_that_does(picture: Any, state: State) -> None:
-    scene = picture(state, budget=10.0) if picture is live_scene else picture(state)
-    assert scene.rod is None
-    assert "nearest that does exist" in scene.message
-    assert scene.nearest is not None
-    again = full_answer(scene.nearest)
+    screen = picture(state, budget=10.0) if picture is live_screen else picture(state)
+    assert screen.rod is None
+    assert "nearest that does exist" in screen.message
+    assert screen.nearest is not None
+    again = full_answer(screen.nearest)
     assert again.equilibrium is not None
     assert not again.message
 
@@ -356,13 +356,13 @@ def test_what_does_not_exist_is_said_with_the_nearest_that_does(picture: Any, st
     ],
 )
 def test_pictures_say_where_they_leave_their_range(state: State, said: str) -> None:
-    scene = live_scene(state, budget=10.0)
-    assert any(said in words for words in (*scene.warnings, scene.no_potential))
+    screen = live_screen(state, budget=10.0)
+    assert any(said in words for words in (*screen.warnings, screen.no_potential))
 
 
 def test_quick_and_full_answers_agree_within_their_errors() -> None:
     for state in (State(), State(accuracy="sketch"), ROD, PRESSED, SI, State(beta0=53.16, lam=15.69)):
-        quick, full = live_scene(state, budget=10.0).equilibrium, full_answer(state).equilibrium
+        quick, full = live_screen(state, budget=10.0).equilibrium, full_answer(state).equilibrium
         assert quick is not None
         assert full is not None
         assert abs(quick.answer - full.answer) <= quick.error + full.error
@@ -379,20 +379,20 @@ def test_lower_accuracies_have_larger_errors_and_say_so() -> None:
 
 
 def test_a_click_finds_the_place_on_the_branch() -> None:
-    scene = live_scene(ROD, budget=10.0)
-    state = moves.picked(scene, 5.0, 0.7)
+    screen = live_screen(ROD, budget=10.0)
+    state = moves.picked(screen, 5.0, 0.7)
     assert state is not None
     assert state.label == "folded"
     eq = full_answer(state).equilibrium
     assert eq is not None
     assert eq.pressure_ratio == pytest.approx(state.near, abs=0.02)
-    assert moves.picked(scene, math.nan, 0.0) is None
+    assert moves.picked(screen, math.nan, 0.0) is None
 
 
 def test_csv_holds_what_is_drawn_with_units() -> None:
     state = SI.changed(length=1.78e-3)  # beta0 = 34, where there is a fold
-    scene = live_scene(state, budget=10.0)
-    text = scene_csv(scene)
+    screen = live_screen(state, budget=10.0)
+    text = screen_csv(screen)
     rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
     assert tuple(rows[0]) == COLUMNS
     table = [dict(zip(COLUMNS, row, strict=True)) for row in rows[1:]]
@@ -413,32 +413,32 @@ def test_csv_holds_what_is_drawn_with_units() -> None:
 @pytest.mark.parametrize("accuracy", ["sketch", "standard"])
 def test_the_potential_under_law_8_has_the_true_maxwell_point(accuracy: Any) -> None:
     state = State(law="cohesive", accuracy=accuracy)
-    scene = full_scene(state)
-    found = landscape(state.beta0, scene.curve)
+    screen = full_screen(state)
+    found = landscape(state.beta0, screen.curve)
     assert found.source.startswith("quadrature")
     maxwell, fold = found.named["maxwell"], found.named["fold"]
     assert abs(maxwell.lam - -0.2390538361) <= maxwell.error + 1e-10
     assert abs(fold.alpha1 - -1.3942820254) <= fold.alpha1_error + 1e-10
-    assert scene.potential is not None
+    assert screen.potential is not None
     # As many digits as the error leaves: a kink lies somewhere in a long step of a quick walk.
-    (label,) = [line.label for line in scene.potential.lines if line.look == "maxwell"]
+    (label,) = [line.label for line in screen.potential.lines if line.look == "maxwell"]
     shown = label.removeprefix("Maxwell ")
     assert shown == ("-0.2391" if accuracy == "standard" else f"{maxwell.lam:.{len(shown) - 3}g}")
     assert maxwell.error < 10.0 ** -(len(shown) - 3)
 
 
 def test_a_potential_that_misses_the_state_is_not_shown_and_the_state_is_on_a_branch_that_is() -> None:
-    scene = full_scene(State(beta0=42.0, lam=-20.0))
-    assert scene.potential is None
-    assert "misses the state by 0.95" in scene.no_potential
-    assert "42 is above 37.55" in scene.no_potential
-    assert scene.diagram.here is not None
-    assert scene.diagram.distance(scene.diagram.here) < 0.025 < scene.off_branch
-    assert "own branch" in [line.label for line in scene.diagram.lines]
-    assert any("not on the branch that leaves T. Its own is dotted" in said for said in scene.warnings)
-    quick = live_scene(State(beta0=42.0, lam=-20.0), budget=10.0)
+    screen = full_screen(State(beta0=42.0, lam=-20.0))
+    assert screen.potential is None
+    assert "misses the state by 0.95" in screen.no_potential
+    assert "42 is above 37.55" in screen.no_potential
+    assert screen.diagram.here is not None
+    assert screen.diagram.distance(screen.diagram.here) < 0.025 < screen.off_branch
+    assert "own branch" in [line.label for line in screen.diagram.lines]
+    assert any("not on the branch that leaves T. Its own is dotted" in said for said in screen.warnings)
+    quick = live_screen(State(beta0=42.0, lam=-20.0), budget=10.0)
     assert any("drawn when the slider rests" in warning for warning in quick.warnings)
-    shown = full_scene(State())
+    shown = full_screen(State())
     assert shown.potential is not None
     assert shown.off_branch < 1e-3
     assert not shown.warnings

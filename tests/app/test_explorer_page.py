@@ -71,7 +71,7 @@ def here(page: Page) -> tuple[float, float]:
 
 def test_a_page_opens_with_all_panels_filled() -> None:
     page = opened(State())
-    assert page.scene.full
+    assert page.screen.full
     assert here(page) == pytest.approx((-0.23, po.equilibrium(beta0=4, lam=-0.23).alpha1), rel=1e-6)
     assert len(page.panels.rod.lines["rod"].data["x"]) > 20
     assert page.panels.potential.here.data["x"][0] == pytest.approx(here(page)[1], rel=1e-6)
@@ -86,15 +86,15 @@ def test_all_panels_follow_a_slider() -> None:
     page = opened()
     before = np.array(page.panels.rod.lines["rod"].data["y"])
     slide(page, "lam", 1.0, rest=False)
-    assert not page.scene.full
+    assert not page.screen.full
     assert here(page)[0] == pytest.approx(1.0)
     assert page.panels.loop.here.data["x"][0] == pytest.approx(1.0)
     assert page.panels.potential.items["current"].label["value"] == "λ = 1"
     assert np.nanmax(page.panels.rod.lines["rod"].data["y"]) > np.nanmax(before)
     pump(page)
-    assert page.scene.full
+    assert page.screen.full
     slide(page, "beta0", 9.0)
-    assert page.scene.diagram.marks[1].x == pytest.approx(-1.38, abs=0.02)
+    assert page.screen.diagram.marks[1].x == pytest.approx(-1.38, abs=0.02)
     assert page.controls.numbers["beta0"].field.value == "9"
 
 
@@ -162,8 +162,8 @@ def test_a_stale_result_is_not_shown() -> None:
     second[1].set_result(second[0]())
     first[1].set_result(first[0]())
     pump(page)
-    assert page.scene.state.lam == 0.5
-    assert page.scene.full
+    assert page.screen.state.lam == 0.5
+    assert page.screen.full
 
 
 def test_a_failing_computation_leaves_the_page_alive() -> None:
@@ -192,7 +192,7 @@ def test_what_cannot_be_typed_stays_with_its_reason_beside_it() -> None:
         assert number.field.value == text
         assert number.field.css_classes == ["refused"]
     # A picture that comes later leaves it there; another value takes its place.
-    page.controls.show(page.state, page.scene.curve)
+    page.controls.show(page.state, page.screen.curve)
     assert number.field.value == "9" * 500
     slide(page, "lam", 0.25)
     assert page.state.lam == 0.25
@@ -252,7 +252,7 @@ def test_every_choice_can_be_made() -> None:
             page.controls.groups[field].active = number
             pump(page, rest=False)
             assert getattr(page.state, field) == value
-            assert page.scene.equilibrium is not None or page.scene.message
+            assert page.screen.equilibrium is not None or page.screen.message
 
 
 def test_cards_and_figures_are_begun_with_by_name() -> None:
@@ -263,7 +263,7 @@ def test_cards_and_figures_are_begun_with_by_name() -> None:
     pump(page)
     assert (page.state.accuracy, page.state.convention) == ("sketch", "maxwell")
     assert (page.state.units, page.state.pressure) == ("SI", 2e5)
-    assert page.scene.equilibrium is not None
+    assert page.screen.equilibrium is not None
     # k of the card's sheet: E h^3 / (12 (1 - nu^2)).
     assert page.state.k == pytest.approx(1.5e9 * 40e-6**3 / (12.0 * (1.0 - 0.4**2)))
     page.controls.numbers["pressure"].slider.value *= 0.9
@@ -312,12 +312,12 @@ def test_a_click_on_a_branch_shows_that_state() -> None:
     pump(page)
     assert page.state.label == "folded"
     assert here(page) == pytest.approx((5.0, 0.3), abs=0.1)
-    assert any("folded back" in w for w in page.scene.warnings)
-    first = page.scene.equilibrium
+    assert any("folded back" in w for w in page.screen.warnings)
+    first = page.screen.equilibrium
     assert first is not None
     slide(page, "length", page.state.length + 0.02, rest=False)
-    assert page.scene.equilibrium is not None
-    assert page.scene.equilibrium.pressure_ratio == pytest.approx(first.pressure_ratio, abs=0.03)
+    assert page.screen.equilibrium is not None
+    assert page.screen.equilibrium.pressure_ratio == pytest.approx(first.pressure_ratio, abs=0.03)
     page._tapped(SimpleNamespace(x=None, y=None))
     page._tapped(SimpleNamespace(x=float("nan"), y=0.0))
     assert page.state.label == "folded"

@@ -13,7 +13,7 @@ from bokeh.models import ColumnDataSource
 
 import peel_opt as po
 from peel_opt.app.explorer.panels import FourPanels, Picture, apply
-from peel_opt.app.explorer.screen import live_scene
+from peel_opt.app.explorer.screen import live_screen
 from peel_opt.app.explorer.state import State
 from peel_opt.plots.diagram import diagram_panel
 from peel_opt.plots.panels import Axis, Line, Panel
@@ -85,10 +85,10 @@ def test_a_range_stands_still_while_it_is_filled() -> None:
 
 
 def test_all_four_panels_show_the_state_of_a_scene() -> None:
-    scene = live_scene(State(), budget=10.0)
+    screen = live_screen(State(), budget=10.0)
     panels = FourPanels()
-    apply(panels.updates(scene))
-    eq = scene.equilibrium
+    apply(panels.updates(screen))
+    eq = screen.equilibrium
     assert eq is not None
     for picture in (panels.diagram, panels.loop):
         assert (picture.here.data["x"][0], picture.here.data["y"][0]) == (eq.lam, eq.alpha1)

@@ -1,7 +1,7 @@
 """The explorer: one page on which rod, diagram, potential and loop move together.
 
 The model layer knows neither Bokeh nor Matplotlib figures: a `State` says what is looked at, and
-`live_scene` and `full_scene` turn it into a `Screen`, plain arrays for the four linked panels.  The first
+`live_screen` and `full_screen` turn it into a `Screen`, plain arrays for the four linked panels.  The first
 keeps up with a slider, the second solves and traces to the accuracy asked for.
 """
 
@@ -10,19 +10,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .screen import Screen, full_scene, live_scene
+    from .screen import Screen, full_screen, live_screen
     from .server import serve
     from .state import State
 
 _HOMES = {
     "State": "state",
     "Screen": "screen",
-    "live_scene": "screen",
-    "full_scene": "screen",
+    "live_screen": "screen",
+    "full_screen": "screen",
     "serve": "server",
 }
 
-__all__ = ["Screen", "State", "full_scene", "live_scene", "serve"]
+__all__ = ["Screen", "State", "full_screen", "live_screen", "serve"]
 
 
 def __getattr__(name: str) -> Any:

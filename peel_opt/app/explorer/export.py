@@ -117,12 +117,12 @@ def _page(problems: tuple[Relative, ...], points: int) -> str:
             for number, place in enumerate(found):
                 numbered.append((number, solved(place)))
                 step()
-            there = [(number, scene) for number, scene in numbered if scene is not None]
+            there = [(number, screen) for number, screen in numbered if screen is not None]
             # It opens at the state asked for, or as little before it as there is one.
             before = sum(number <= start for number, _ in there)
             opens = max(before - 1, 0) if problem.asked else None
             if there:
-                shown.append(Chosen(problem.name, [scene for _, scene in there], opens))
+                shown.append(Chosen(problem.name, [screen for _, screen in there], opens))
     if not shown:
         raise NoEquilibrium("none of the states along the branch could be solved, so there is no page.")
     state = next(p.state for p in problems if p.asked)
@@ -161,7 +161,7 @@ def _caption(state: State, shown: Sequence[Chosen], asked: int, own: bool) -> st
 
     ``asked`` counts the places that were looked for; ``own`` is whether the state asked for is among them.
     """
-    answers = [scene.answer for chosen in shown for scene in chosen.scenes if scene.answer is not None]
+    answers = [screen.answer for chosen in shown for screen in chosen.screens if screen.answer is not None]
     certified = sum(answer.certified for answer in answers)
     error, certificate = (max(getattr(a, name) for a in answers) for name in ("error", "certificate"))
     law = "Linear law (Fig 2b)" if state.law == "linear" else "Law (8)"

@@ -97,7 +97,7 @@ class Chosen(NamedTuple):
     """The pictures of one choice, in order, and the number of that at which the page opens, if here."""
 
     name: str
-    scenes: Sequence[Screen]
+    screens: Sequence[Screen]
     opens: int | None
 
 
@@ -151,21 +151,25 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
     said = text_box("notes", "status")
     trust = text_box("trust", "status")
 
-    def updates(scene: Screen) -> Updates:
-        return [*panels.updates(scene), (said, {"text": notes(scene, ())}), (trust, {"text": _trust(scene)})]
+    def updates(screen: Screen) -> Updates:
+        return [
+            *panels.updates(screen),
+            (said, {"text": notes(screen, ())}),
+            (trust, {"text": _trust(screen)}),
+        ]
 
     places: list[Any] = []
     spans: list[list[int]] = []
     for chosen in shown:
-        spans.append([len(places), len(chosen.scenes)])
-        for scene in chosen.scenes:
-            found = updates(scene)
+        spans.append([len(places), len(chosen.screens)])
+        for screen in chosen.screens:
+            found = updates(screen)
             apply(found)  # ranges are kept from one picture to the next
             pictures.take(found)
-            places.append(scene.diagram.here)
+            places.append(screen.diagram.here)
     problem = next((i for i, chosen in enumerate(shown) if chosen.opens is not None), 0)
     at = shown[problem].opens or 0
-    first = shown[problem].scenes[at]
+    first = shown[problem].screens[at]
     apply(updates(first))
     player, grid = pictures.player(), panels.grid
     style = InlineStyleSheet(css=look.WIDGETS)
@@ -218,12 +222,12 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
     return doc
 
 
-def _trust(scene: Screen) -> str:
+def _trust(screen: Screen) -> str:
     """How far to trust a picture, part by part, as markup."""
     rows = "".join(
         f'<tr><td style="vertical-align:top; padding-right:8px">{html.escape(part.name)}</td>'
         f"<td>{html.escape(part.error)}, {html.escape(part.method)}</td></tr>"
-        for part in scene.parts
+        for part in screen.parts
     )
     return f'<b>Error of this picture</b><table style="border-spacing:0 2px">{rows}</table>'
 

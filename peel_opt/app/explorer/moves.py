@@ -87,11 +87,11 @@ def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> Stat
     return state.changed(**{field: value, "near": near})
 
 
-def picked(scene: Screen, x: float, y: float) -> State | None:
+def picked(screen: Screen, x: float, y: float) -> State | None:
     """Return the state of the branch nearest to a click on the diagram; None where there is none."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return None
-    state, panel, branch = scene.state, scene.diagram, scene.curve.branch
+    state, panel, branch = screen.state, screen.diagram, screen.curve.branch
     # T itself is no detached state.
     rows = np.flatnonzero(np.abs(branch.alpha1) > 1e-9 * (1.0 + branch.beta0))
     if not len(rows):

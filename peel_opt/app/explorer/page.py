@@ -1,7 +1,7 @@
 """One page: its state, its widgets and panels, and the work behind them.
 
-While a slider moves, a quick scene is computed on the event loop, of the newest value only.  When
-it rests, the full scene is computed in a thread and shown if it is still wanted.  Each document has a
+While a slider moves, a quick screen is computed on the event loop, of the newest value only.  When
+it rests, the full screen is computed in a thread and shown if it is still wanted.  Each document has a
 page of its own and shares nothing but remembered branches.
 """
 
@@ -25,11 +25,11 @@ from .fit import fit
 from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
-from .screen import Screen, full_scene, live_scene
+from .screen import Screen, full_screen, live_screen
 from .spoken import spoken
 from .state import State
 from .state_cards import to_card
-from .tables import scene_csv
+from .tables import screen_csv
 from .texts import costs, notes, text_box
 
 #: A slider has rested when nothing came for this long [ms].
@@ -67,7 +67,7 @@ class Page:
         self.doc, self.state, self.messages = doc, state, messages
         self._submit = submit
         self.best: Curve | None = None
-        self.scene = live_scene(state)
+        self.screen = live_screen(state)
         self._token = 0
         self._waiting = self._scheduled = self._held = False
         self._rest: Any = None
@@ -83,7 +83,7 @@ class Page:
         self.pace = Pace(self._caught_up)
         self._assemble()
         self._draw()
-        self.controls.show(state, self.scene.curve)
+        self.controls.show(state, self.screen.curve)
         self._solve()
 
     def _assemble(self) -> None:
@@ -110,11 +110,11 @@ class Page:
     # --- what people do -------------------------------------------------------------------
 
     def _choice(self, field: str, value: str) -> None:
-        eq = self.scene.equilibrium
+        eq = self.screen.equilibrium
         self._try(lambda state: moves.chosen(state, field, value, eq))
 
     def _slider(self, field: str, value: float, rested: bool) -> None:
-        eq = self.scene.equilibrium
+        eq = self.screen.equilibrium
         self._try(lambda state: moves.slid(state, field, value, eq), rested=rested)
 
     def _text(self, field: str, text: str) -> None:
@@ -129,12 +129,12 @@ class Page:
     def _tapped(self, event: Any) -> None:
         if event.x is None or event.y is None:
             return
-        picked = moves.picked(self.scene, float(event.x), float(event.y))
+        picked = moves.picked(self.screen, float(event.x), float(event.y))
         if picked is not None:
             self._try(lambda _: picked)
 
     def _to_nearest(self) -> None:
-        nearest = self.scene.nearest
+        nearest = self.screen.nearest
         if nearest is not None:
             self._try(lambda _: nearest)
 
@@ -145,7 +145,7 @@ class Page:
             state = change(self.state)
         except PeelOptError as error:
             self._say((str(error),))
-            self.controls.show(self.state, self.scene.curve)
+            self.controls.show(self.state, self.screen.curve)
             return
         self.go_to(state, rested=rested)
 
@@ -173,9 +173,9 @@ class Page:
         if self._held:
             return  # painted first; then the newest value is next
         self._scheduled = False
-        self.scene = live_scene(self.state, best=self.best, before=self.scene.equilibrium)
+        self.screen = live_screen(self.state, best=self.best, before=self.screen.equilibrium)
         self._draw()
-        self.controls.show(self.state, self.scene.curve)
+        self.controls.show(self.state, self.screen.curve)
         if self._rest is not None:
             self.doc.remove_timeout_callback(self._rest)
             self._rest = None
@@ -189,15 +189,15 @@ class Page:
         self._solve()
 
     def _solve(self) -> None:
-        """Compute the full scene off the event loop."""
+        """Compute the full screen off the event loop."""
         self._waiting = False
         token, state = self._token, self.state
         self._costs("; solving …")
 
         def work() -> Screen:
             if token != self._token:
-                return self.scene  # nobody waits for it any more
-            return full_scene(state)
+                return self.screen  # nobody waits for it any more
+            return full_screen(state)
 
         self._submit(work).add_done_callback(partial(self._done, token))
 
@@ -214,20 +214,20 @@ class Page:
             self._say((f"The full computation failed: {error}",))
             self._costs("; not solved")
             return
-        scene = future.result()
-        self.scene, self.best = scene, scene.curve
+        screen = future.result()
+        self.screen, self.best = screen, screen.curve
         if self._sweep is None:
             self._draw()
-            self.controls.show(self.state, scene.curve)
+            self.controls.show(self.state, screen.curve)
         self.address.data = {"query": [self.state.to_query()]}
 
     def _draw(self) -> None:
-        scene = self.scene
+        screen = self.screen
         self.doc.hold("combine")
         try:
-            apply(self.panels.updates(scene))
-            self.controls.play.disabled = scene.loop is None
-            self.controls.nearest.visible = scene.nearest is not None
+            apply(self.panels.updates(screen))
+            self.controls.play.disabled = screen.loop is None
+            self.controls.nearest.visible = screen.nearest is not None
             self._say(self.messages)
             self._costs("")
             self.pace.sent()
@@ -236,11 +236,11 @@ class Page:
 
     def _say(self, messages: tuple[str, ...]) -> None:
         """Show messages as text, never as markup."""
-        self.notes.text = notes(self.scene, messages)
+        self.notes.text = notes(self.screen, messages)
 
     def _costs(self, doing: str) -> None:
         """Show what the picture cost and how far to trust it, part by part."""
-        self.costs.text = costs(self.scene, doing)
+        self.costs.text = costs(self.screen, doing)
 
     # --- the sweep ------------------------------------------------------------------------
 
@@ -248,7 +248,7 @@ class Page:
         if not new:
             self._stop()
             return
-        sweep = self.scene.sweep
+        sweep = self.screen.sweep
         if sweep is None or self._sweep is not None:
             return
         self._frames, self._frame = sweep.frames, 0
@@ -261,19 +261,19 @@ class Page:
         if self._frame >= len(self._frames):
             self._stop()
             return
-        frame, sweep = self._frames[self._frame], self.scene.sweep
+        frame, sweep = self._frames[self._frame], self.screen.sweep
         self._frame += 1
         assert sweep is not None  # it is what is played
         try:
             state = moves.framed(self.state, sweep, frame)
         except PeelOptError:
             return  # outside what a state may be; the sweep goes on
-        scene = live_scene(state, best=self.best)
+        screen = live_screen(state, best=self.best)
         self.doc.hold("combine")
         try:
-            if scene.rod is not None:  # otherwise the picture before stays for a moment
-                apply(self.panels.moving(scene))
-                apply(self.panels.diagram.place(scene.diagram.here))
+            if screen.rod is not None:  # otherwise the picture before stays for a moment
+                apply(self.panels.moving(screen))
+                apply(self.panels.diagram.place(screen.diagram.here))
             apply(self.panels.loop.place((frame.x, frame.y)))
             self.pace.sent()
         finally:
@@ -299,7 +299,7 @@ class Page:
         self.outbox.data = {"name": [name], "text": [text], "kind": [kind], "number": [number]}
 
     def _send_csv(self) -> None:
-        self._send("peel_opt.csv", scene_csv(self.scene), "text/csv")
+        self._send("peel_opt.csv", screen_csv(self.screen), "text/csv")
 
     def _send_card(self) -> None:
         try:

@@ -322,20 +322,20 @@ class FourPanels:
             stylesheets=[GlobalInlineStyleSheet(css=look.GLOBAL), InlineStyleSheet(css=look.PAGE)],
         )
 
-    def updates(self, scene: Screen) -> Updates:
-        """Return what shows a scene."""
+    def updates(self, screen: Screen) -> Updates:
+        """Return what shows a screen."""
         return [
-            *self.moving(scene),
-            *self.diagram.updates(scene.headings["diagram"], scene.diagram),
-            *self.loop.updates(scene.headings["loop"], scene.loop, scene.no_loop),
+            *self.moving(screen),
+            *self.diagram.updates(screen.headings["diagram"], screen.diagram),
+            *self.loop.updates(screen.headings["loop"], screen.loop, screen.no_loop),
         ]
 
-    def moving(self, scene: Screen) -> Updates:
+    def moving(self, screen: Screen) -> Updates:
         """Return what changes with every frame of a sweep."""
         return [
-            *self.rod.updates("Rod", scene.rod, "no such state: see below"),
-            *self.potential.updates(scene.headings["potential"], scene.potential, scene.no_potential),
-            (self.headline, {"text": headline(scene)}),
+            *self.rod.updates("Rod", screen.rod, "no such state: see below"),
+            *self.potential.updates(screen.headings["potential"], screen.potential, screen.no_potential),
+            (self.headline, {"text": headline(screen)}),
         ]
 
 

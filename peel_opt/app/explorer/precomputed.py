@@ -14,7 +14,7 @@ from ...model.rod import RATIOS
 from ...plots.diagram import coordinates
 from .curves import traced
 from .loops import OFF_FOLD
-from .screen import Screen, full_scene
+from .screen import Screen, full_screen
 from .state import State
 
 #: Relatives of a state: its beta0 and its eta/y0, times these.
@@ -146,26 +146,26 @@ def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[Slider
     whether the state is among them: not if it does not exist, is straight or spurious, or belongs to
     another branch.
     """
-    scene = full_scene(state)
-    here = scene.diagram.here
+    screen = full_screen(state)
+    here = screen.diagram.here
     if here is None:
         return found, 0, False
     x, y = (np.array([getattr(p, name) for p in found]) for name in ("x", "y"))
     u, v = (x - here[0]) / (np.ptp(x) or 1.0), (y - here[1]) / (np.ptp(y) or 1.0)
     nearest = int(np.hypot(u, v).argmin())
-    eq = scene.equilibrium
-    if eq is None or eq.state not in _LABELS or scene.off_branch > ELSEWHERE:
+    eq = screen.equilibrium
+    if eq is None or eq.state not in _LABELS or screen.off_branch > ELSEWHERE:
         return found, nearest, False
     return (*found[:nearest], SliderPlace(state, *here), *found[nearest + 1 :]), nearest, True
 
 
 def solved(place: SliderPlace) -> Screen | None:
     """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
-    scene = full_scene(place.state)
-    here, panel = scene.diagram.here, scene.diagram
-    if scene.equilibrium is None or here is None:
+    screen = full_screen(place.state)
+    here, panel = screen.diagram.here, screen.diagram
+    if screen.equilibrium is None or here is None:
         return None
     off = math.hypot(
         (here[0] - place.x) / (panel.x.high - panel.x.low), (here[1] - place.y) / (panel.y.high - panel.y.low)
     )
-    return scene if off < ELSEWHERE else None
+    return screen if off < ELSEWHERE else None

@@ -106,7 +106,7 @@ class Screen:
     off_branch: float
 
 
-def live_scene(
+def live_screen(
     state: State, *, best: Curve | None = None, before: Equilibrium | None = None, budget: float = BUDGET
 ) -> Screen:
     """Return a picture that keeps up with a slider: some 10 ms once the program is warm.
@@ -134,10 +134,10 @@ def live_scene(
         curve = best
     beta0 = _beta0(state, found.equilibrium)
     local = curve if state.given == "groups" else _quick_local(state, found.equilibrium, deadline)
-    return _scene(state, found, curve, _landscape(state, beta0, local), local, began, full=False)
+    return _screen(state, found, curve, _landscape(state, beta0, local), local, began, full=False)
 
 
-def full_scene(state: State) -> Screen:
+def full_screen(state: State) -> Screen:
     """Return the picture solved and traced to the accuracy of the state.
 
     Returns
@@ -165,8 +165,8 @@ def full_scene(state: State) -> Screen:
             except PeelOptError as error:
                 trouble = f"{trouble} The potential is that of the normal form: {error}".strip()
     beta0 = _beta0(state, found.equilibrium)
-    scene = _scene(state, found, curve, _landscape(state, beta0, local), local, began, full=True)
-    return replace(scene, warnings=(*scene.warnings, trouble)) if trouble else scene
+    screen = _screen(state, found, curve, _landscape(state, beta0, local), local, began, full=True)
+    return replace(screen, warnings=(*screen.warnings, trouble)) if trouble else screen
 
 
 def _groups_of(state: State, eq: Equilibrium) -> State:
@@ -223,7 +223,7 @@ def _landscape(state: State, beta0: float | None, local: Curve | None) -> tuple[
     return found, time.perf_counter() - began
 
 
-def _scene(
+def _screen(
     state: State,
     found: Found,
     curve: Curve,

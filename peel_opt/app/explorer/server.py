@@ -103,12 +103,12 @@ def open_page(doc: Document, start: State) -> None:
 def warm_up() -> None:
     """Compile what the first pictures need, so that the first drag is as quick as all others."""
     from .presets import presets
-    from .screen import live_scene
+    from .screen import live_screen
 
     presets()
     for given, law in (("groups", "linear"), ("length", "cohesive"), ("pressure", "cohesive")):
         state = State(given=given, law=law)  # type: ignore[arg-type]
-        live_scene(state, budget=1.0)
+        live_screen(state, budget=1.0)
 
 
 def serve(

@@ -14,12 +14,12 @@ COLUMNS = ("panel", "series", "x", "y", "x_quantity", "y_quantity")
 Row = tuple[str, str, float, float, str, str]
 
 
-def scene_csv(scene: Screen) -> str:
+def screen_csv(screen: Screen) -> str:
     """Return everything drawn as CSV: one row for each point, under comments that say what it is.
 
     Parameters
     ----------
-    scene : Screen
+    screen : Screen
 
     Returns
     -------
@@ -28,29 +28,29 @@ def scene_csv(scene: Screen) -> str:
         "head" in turn.
     """
     text = io.StringIO()
-    text.write(f"# peel_opt explore: {scene.state.words}\n")
-    text.write(f"# link: ?{scene.state.to_query()}\n")
-    if scene.answer is not None:
-        kind = "certified" if scene.answer.certified else "not certified"
-        text.write(f"# {scene.answer.headline} ({scene.answer.label}, {scene.answer.law} law, {kind})\n")
-    if scene.message:
-        text.write(f"# {scene.message}\n")
-    for part in scene.parts:
+    text.write(f"# peel_opt explore: {screen.state.words}\n")
+    text.write(f"# link: ?{screen.state.to_query()}\n")
+    if screen.answer is not None:
+        kind = "certified" if screen.answer.certified else "not certified"
+        text.write(f"# {screen.answer.headline} ({screen.answer.label}, {screen.answer.law} law, {kind})\n")
+    if screen.message:
+        text.write(f"# {screen.message}\n")
+    for part in screen.parts:
         text.write(f"# {part.name}: {part.method}, {part.seconds:.3g} s, error {part.error}\n")
-    for warning in scene.warnings:
+    for warning in screen.warnings:
         text.write(f"# warning: {warning}\n")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    writer.writerows(_rows(scene))
+    writer.writerows(_rows(screen))
     return text.getvalue()
 
 
-def _rows(scene: Screen) -> Iterator[Row]:
+def _rows(screen: Screen) -> Iterator[Row]:
     panels = (
-        ("rod", scene.rod),
-        ("diagram", scene.diagram),
-        ("potential", scene.potential),
-        ("loop", scene.loop),
+        ("rod", screen.rod),
+        ("diagram", screen.diagram),
+        ("potential", screen.potential),
+        ("loop", screen.loop),
     )
     for name, panel in panels:
         if panel is None:

@@ -25,12 +25,12 @@ def text_box(name: str, role: str) -> Div:
     return box
 
 
-def headline(scene: Screen) -> str:
+def headline(screen: Screen) -> str:
     """Return the answer with its error, and what kind of state it is."""
-    answer = scene.answer
-    words = html.escape(scene.state.words)
+    answer = screen.answer
+    words = html.escape(screen.state.words)
     if answer is None:
-        said = "adhered" if scene.state.label == "adhered" else "no such state"
+        said = "adhered" if screen.state.label == "adhered" else "no such state"
         return f'<span style="font-size:17px"><b>{said}</b> at {words}</span>'
     numbers = ", ".join(f"{html.escape(n)} = {html.escape(v)}" for n, v in answer.numbers)
     verdict = "certified" if answer.certified else "not certified"
@@ -56,26 +56,26 @@ def wrapped(text: str, width: int = 40) -> str:
     return "\n".join(textwrap.wrap(text, width))
 
 
-def notes(scene: Screen, messages: tuple[str, ...]) -> str:
+def notes(screen: Screen, messages: tuple[str, ...]) -> str:
     """Return what must be said: messages and missing states first, then warnings."""
-    urgent = [*messages, *([scene.message] if scene.message else [])]
-    calm = [*scene.warnings, *([] if scene.sweep is None else [scene.sweep.note])]
+    urgent = [*messages, *([screen.message] if screen.message else [])]
+    calm = [*screen.warnings, *([] if screen.sweep is None else [screen.sweep.note])]
     lines = [f'<b style="color:{look.REFUSED}">{html.escape(text)}</b>' for text in urgent]
     return "<br>".join([*lines, *(html.escape(text) for text in calm)])
 
 
-def costs(scene: Screen, doing: str) -> str:
+def costs(screen: Screen, doing: str) -> str:
     """Return what the picture cost and how far to trust it, part by part."""
-    kind = "Full picture" if scene.full else "Quick picture"
+    kind = "Full picture" if screen.full else "Quick picture"
     rows = "".join(
         f'<tr><td title="{html.escape(part.method)}">{html.escape(part.name)}</td>'
         f'<td style="white-space:nowrap">{_time(part.seconds)}</td><td>'
         f"{html.escape(part.error)}</td></tr>"
-        for part in scene.parts
+        for part in screen.parts
     )
-    how = "; ".join(f"{part.name} by {part.method}" for part in scene.parts)
+    how = "; ".join(f"{part.name} by {part.method}" for part in screen.parts)
     return (
-        f"<b>{kind} in {_time(scene.seconds)}</b>{doing}"
+        f"<b>{kind} in {_time(screen.seconds)}</b>{doing}"
         '<table style="border-spacing:6px 1px; margin-left:-6px"><thead><tr style="text-align:left">'
         f"<th></th><th>time</th><th>error</th></tr></thead><tbody>{rows}</tbody></table>"
         f'<span style="color:{look.FAINT}; font-size:12px">{html.escape(how)}.</span>'
