@@ -22,7 +22,8 @@ from bokeh.document import Document
 
 from peel_opt.app.explorer.curves import traced
 from peel_opt.app.explorer.page import Page
-from peel_opt.app.explorer.screen import Screen, full_screen
+from peel_opt.app.explorer.screen import Screen
+from peel_opt.app.explorer.screens import full_screen
 from peel_opt.app.explorer.server import warm_up
 from peel_opt.app.explorer.state import CHOICES, State
 

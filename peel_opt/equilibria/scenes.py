@@ -358,12 +358,12 @@ def _nothing(
             remedy="Check the units of its numbers.",
         )
     read = READINGS[question.target.kind]
-    known = state is None or state == "other"
+    meant = DEFAULT if state is None else (state,)
     values = [
         read(p.scalars)
         for branch in branches
         for p in branch.points
-        if known or fits(branch.state_at(p.arclength), state)
+        if state == "other" or any(fits(branch.state_at(p.arclength), each) for each in meant)
     ] or [read(p.scalars) for p in points]
     nearest = min(values, key=lambda v: abs(v - question.target.value))
     unit = COMMON[question.target.kind].size(question.scene.rod)
@@ -374,6 +374,7 @@ def _nothing(
             f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
             f" (p/T0 = {reached.pressure_ratio:.4g}, sbar/eta = {reached.sigma:.4g}).{best}{there}",
             remedy="Ask for a number nearer to where the rod begins to lift.",
+            nearest=nearest * unit,
         )
     return NoEquilibrium(
         f"no {wanted} of this scene at {question.words}, on the branch that goes on from the attached rod."

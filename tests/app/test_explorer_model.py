@@ -23,7 +23,7 @@ from peel_opt.app.explorer.answers import full_answer
 from peel_opt.app.explorer.curves import window
 from peel_opt.app.explorer.potential import landscape
 from peel_opt.app.explorer.quick_walks import quick_branch, quick_groups, quick_rod
-from peel_opt.app.explorer.screen import full_screen, live_screen
+from peel_opt.app.explorer.screens import full_screen, live_screen
 from peel_opt.app.explorer.state import CHOICES, State
 from peel_opt.app.explorer.state_cards import from_card, to_card
 from peel_opt.app.explorer.tables import COLUMNS, screen_csv
@@ -61,7 +61,7 @@ def test_a_link_restores_the_state_exactly(state: State) -> None:
     beta0=st.floats(1e-3, 1e4),
     lam=st.floats(-90.0, 1e5),
     accuracy=st.sampled_from(CHOICES["accuracy"]),
-    label=st.sampled_from(CHOICES["label"]),
+    label=st.sampled_from(State().labels),
 )
 @settings(max_examples=40, deadline=None)
 def test_links_of_any_numbers(beta0: float, lam: float, accuracy: Any, label: Any) -> None:

@@ -218,9 +218,13 @@ def test_a_refused_number_of_a_rod_says_why_below_the_rod() -> None:
 
 def test_a_rod_in_si_is_typed_and_switched() -> None:
     page = opened()
+    before = page.screen.equilibrium
+    assert before is not None
     page.controls.groups["units"].active = 1
     pump(page)
     assert page.state.units == "SI"
+    assert page.screen.equilibrium is not None
+    assert page.screen.equilibrium.pressure_ratio == pytest.approx(before.pressure_ratio, abs=1e-3)
     assert page.controls.rod_box.visible
     assert not page.controls.numbers["beta0"].box.visible
     page.controls.texts["k"].value = "30 uN m"
@@ -229,9 +233,9 @@ def test_a_rod_in_si_is_typed_and_switched() -> None:
     page.controls.numbers["length"].field.value = "2.1 mm"
     pump(page)
     assert page.state.length == pytest.approx(2.1e-3)
-    assert page.controls.numbers["length"].slider.value == pytest.approx(2.1)
+    assert page.controls.numbers["length"].slider.value == pytest.approx(2100.0)
     assert "mm" in page.panels.diagram.figure.xaxis[0].axis_label
-    slide(page, "length", 2.2)
+    slide(page, "length", 2200.0)
     assert page.state.length == pytest.approx(2.2e-3)
     assert "Pa" in page.panels.headline.text
 

@@ -13,7 +13,7 @@ from bokeh.models import ColumnDataSource
 
 import peel_opt as po
 from peel_opt.app.explorer.panels import FourPanels, Picture, apply
-from peel_opt.app.explorer.screen import live_screen
+from peel_opt.app.explorer.screens import live_screen
 from peel_opt.app.explorer.state import State
 from peel_opt.plots.diagram import diagram_panel
 from peel_opt.plots.panels import Axis, Line, Panel

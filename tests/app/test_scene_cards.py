@@ -262,7 +262,7 @@ def test_what_acts_on_the_rod_is_from_somewhere(card):
 
 
 def test_the_explorer_says_what_it_does_not_show(card):
-    with pytest.raises(InvalidInput, match="the paper's scene only"):
+    with pytest.raises(InvalidInput, match="this card asks for more"):
         from_card(card(SI))
 
 

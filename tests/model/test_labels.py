@@ -30,7 +30,7 @@ def test_who_names_no_state_is_told_which_there_are() -> None:
 
 
 def test_the_explorer_and_the_command_line_offer_the_states_there_are() -> None:
-    assert set(CHOICES["label"]) == {*STATES, "adhered"}
+    assert set(CHOICES["label"]) == {*STATES, "adhered", "lifted", "other"}
     parser = ArgumentParser()
     answer_options(parser, "state")
     assert ", ".join(OBSERVABLE[:-1]) + f" or {OBSERVABLE[-1]}" in parser.format_help()

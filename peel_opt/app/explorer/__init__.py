@@ -10,15 +10,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .screen import Screen, full_screen, live_screen
+    from .screen import Screen
+    from .screens import full_screen, live_screen
     from .server import serve
     from .state import State
 
 _HOMES = {
     "State": "state",
     "Screen": "screen",
-    "live_screen": "screen",
-    "full_screen": "screen",
+    "live_screen": "screens",
+    "full_screen": "screens",
     "serve": "server",
 }
 

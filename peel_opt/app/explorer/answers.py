@@ -40,7 +40,7 @@ INSIDE = 1e-4
 
 #: One full answer at a time: MUMPS, which IPOPT solves with, is not thread-safe, and the primary
 #: branches that all answers share grow while they are read.
-_ONE = threading.Lock()
+ONE = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Found:
 
 def full_answer(state: State) -> Found:
     """Answer by the method and to the tolerance that the accuracy names; one at a time."""
-    with _ONE:
+    with ONE:
         return _full_answer(state)
 
 
@@ -78,11 +78,11 @@ def _full_answer(state: State) -> Found:
         return solve_question(state.question, method, tol)
 
     if mesh is not None:
-        rough = _found(state, lambda: ask(Method(mesh, adaptive=False)))
+        rough = found_by(state, lambda: ask(Method(mesh, adaptive=False)))
         if rough.equilibrium is not None or rough.nearest is not None:
             return rough
         # Near a fold a coarse mesh leaves the branch: the card's own method has the last word.
-    return _found(state, lambda: ask(named))
+    return found_by(state, lambda: ask(named))
 
 
 def quick_answer(state: State, deadline: float, before: Equilibrium | None = None) -> Found:
@@ -113,10 +113,11 @@ def quick_answer(state: State, deadline: float, before: Equilibrium | None = Non
                 raise
             return require_certified(question, solve_from(start, question, before.state, method, tol))
 
-    return _found(state, ask)
+    return found_by(state, ask)
 
 
-def _found(state: State, ask: Callable[[], Equilibrium]) -> Found:
+def found_by(state: State, ask: Callable[[], Equilibrium]) -> Found:
+    """Ask, and say what the question came to; numerical trouble is a message."""
     began = time.perf_counter()
     if state.label == "adhered":
         return Found(None, "The adhered rod is straight; every law holds it up to p = T₀.", None, 0.0)
@@ -150,7 +151,9 @@ def _nearest(state: State, value: float | None) -> State | None:
 
 def _followed(state: State, question: Question, before: Equilibrium) -> SolvedState | None:
     """Solve from the picture before; None unless it is the same state, a little moved."""
-    if not isinstance(before.source, Solution) or not fits(before.state, state.label):
+    if before.scene is not None or not isinstance(before.source, Solution):
+        return None
+    if not fits(before.state, state.label):
         return None
     start = before.source.problem.profile(before.source.x)
     moved = Family(question.effective_law, MOVING, question.given[0]).solve(start, question.given[1])

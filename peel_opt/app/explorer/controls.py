@@ -29,6 +29,7 @@ from . import look
 from .curves import Curve
 from .moves import SI_UNITS, span, units
 from .presets import name_of, presets
+from .setups import SCENE_NUMBERS, SETUPS
 from .state import CHOICES, State
 from .texts import text_box
 
@@ -178,7 +179,7 @@ class Controls:
         self._quiet = False
         self._units: dict[str, float] = {}
         self.groups: dict[str, RadioButtonGroup] = {}
-        boxes: dict[str, Column] = {}
+        self.boxes = boxes = dict[str, Column]()
         for field, labels in WORDS.items():
             group = RadioButtonGroup(
                 labels=list(labels), active=0, sizing_mode="stretch_width", name=field, stylesheets=_style()
@@ -192,7 +193,7 @@ class Controls:
             "ratio": Number("ratio", "η/y₀", logarithmic=True),
             "length": Number("length", "detached length s̄/η"),
             "pressure": Number("pressure", "pressure p/T₀"),
-        }
+        } | {name: Number(name, each.words) for name, each in SCENE_NUMBERS.items()}
         for field, number in self.numbers.items():
             number.slider.on_change("value", self._slid(number, on_slider, rested=False))
             number.slider.on_change("value_throttled", self._slid(number, on_slider, rested=True))
@@ -213,9 +214,18 @@ class Controls:
             text.on_change("value", self._typed(field, on_text))
         self.rod_box = Row(*self.texts.values(), spacing=0, sizing_mode="stretch_width")
         self.refused = Refused("rod", tuple(self.texts.values()))
+        self.scene = Select(
+            title="Scene",
+            options=[(name, setup.words) for name, setup in SETUPS.items()],
+            value="plate",
+            sizing_mode="stretch_width",
+            name="scene",
+            stylesheets=_style(),
+        )
+        self.scene.on_change("value", self._picked("scene", on_choice))
         self.label = Select(
             title="State",
-            options=[(value, value) for value in CHOICES["label"]],
+            options=[],
             value="unfolded",
             sizing_mode="stretch_width",
             name="label",
@@ -269,6 +279,7 @@ class Controls:
             self.begin,
             boxes["units"],
             boxes["given"],
+            self.scene,
             self.rod_box,
             self.refused.said,
             *(number.box for number in self.numbers.values()),
@@ -345,7 +356,12 @@ class Controls:
     def _show(self, state: State, curve: Curve | None) -> None:
         for field, group in self.groups.items():
             group.active = CHOICES[field].index(getattr(state, field))
+        own = state.rods_scene is not None
+        words = {"unfolded": "lifted or unfolded"} if own else {}
+        self.label.options = [(value, words.get(value, value)) for value in state.labels]
         self.label.value = state.label
+        self.scene.value = state.scene
+        self.boxes["convention"].visible = not own
         self.begin.value = name_of(state)
         in_si, groups = state.units == "SI", state.given == "groups"
         visible = {
@@ -355,6 +371,7 @@ class Controls:
             "length": state.given == "length",
             "pressure": state.given == "pressure",
         }
+        visible |= {name: SCENE_NUMBERS[name] in SETUPS[state.scene].numbers for name in SCENE_NUMBERS}
         for name, number in self.numbers.items():
             number.box.visible = visible[name]
         self.rod_box.visible = in_si
@@ -377,6 +394,12 @@ class Controls:
             text = display(value, quantity) if in_si else f"{value:.7g}"
             title = plain(f"{WORDS_OF[name]} {unit.axis(WRITTEN[name])}")
             self.numbers[name].show(value / unit.size, low, high, text, title)
+        for each in SETUPS[state.scene].numbers:
+            unit, value = each.unit(rod), getattr(state, each.name)
+            low, high = (end / unit.size for end in span(state, each.name, curve))
+            self._units[each.name] = unit.size
+            text = each.text(rod, value)
+            self.numbers[each.name].show(value / unit.size, low, high, text, each.title(rod))
 
 
 def _heading(text: str) -> Any:

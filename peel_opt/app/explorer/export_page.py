@@ -166,7 +166,7 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
             found = updates(screen)
             apply(found)  # ranges are kept from one picture to the next
             pictures.take(found)
-            places.append(screen.diagram.here)
+            places.append(screen.diagram.here if screen.diagram else None)
     problem = next((i for i, chosen in enumerate(shown) if chosen.opens is not None), 0)
     at = shown[problem].opens or 0
     first = shown[problem].screens[at]

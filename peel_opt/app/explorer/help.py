@@ -21,7 +21,7 @@ PURPOSE = (
 #: A sentence for each panel, by the name of its figure.
 CAPTIONS = {
     "rod": "The shape of the rod and what acts on it; y₀ is how far above the plate the bond reaches.",
-    "diagram": "The states of the branch from T: solid where stable, dashed where not. Click one to see it.",
+    "diagram": "All states along the branch: solid where stable, dashed where not. Click one to see it.",
     "potential": "A state is where the curve is level. A ball stays in a valley and rolls off a hilltop.",
     "loop": "A cycle of the load: the rod snaps off at one value and back at another. Play the sweep.",
 }
@@ -33,7 +33,7 @@ def letters() -> dict[str, str]:
     named |= {letter: meaning for letter, _, meaning in NAMED.values()}
     kinds = (SPECIAL_KINDS[kind] for kind in ("y=y0", "LP-pressure", "contact", "self-contact"))
     named |= {kind.letter: kind.words for kind in kinds}
-    named["P"] += ": the least pressure that holds the rod off"
+    named["P"] += ": the least that holds the rod off; of one that is lifted from rest, first the most"
     return {letter: plain(typeset(meaning)) for letter, meaning in named.items()}
 
 

@@ -108,5 +108,18 @@ CAPTION = f"""
 }}
 """
 
+#: What is computed now: a line that is always there, whose words come late enough not to flicker.
+PROGRESS = f"""
+:host {{ min-height: 20px; margin: 0 0 0 5px !important; color: {FAINT}; }}
+.doing {{ opacity: 0; animation: appear 0.2s 0.5s forwards; }}
+.doing::before {{
+  content: ""; display: inline-block; width: 9px; height: 9px; margin-right: 7px; border-radius: 50%;
+  border: 2px solid #E69F00; border-top-color: transparent; animation: turn 1s linear infinite;
+}}
+@keyframes appear {{ to {{ opacity: 1; }} }}
+@keyframes turn {{ to {{ transform: rotate(360deg); }} }}
+@media (prefers-reduced-motion: reduce) {{ .doing::before {{ animation: none; }} }}
+"""
+
 #: As wide as the device, not as wide as a desk.
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -18,6 +18,7 @@ from .curves import Curve, window
 from .loops import LoopFrame, LoopSweep
 from .presets import begun
 from .screen import Screen
+from .setups import SCENE_NUMBERS
 from .state import CHOICES, State
 
 #: Units of the numbers of a rod.
@@ -32,10 +33,25 @@ def chosen(state: State, field: str, value: str, eq: Equilibrium | None) -> Stat
     if field == "begin":
         return begun(value, state) or state
     if field == "units":
-        return state.switched(value)
+        return in_units(state, value, eq)
     if field == "given":
         return asked(state, value, eq)
+    if field == "scene":
+        return state.staged(value)
     return state.changed(**{field: value})
+
+
+def in_units(state: State, units: str, eq: Equilibrium | None) -> State:
+    """Return the state in other units; ``eq`` is its answer in these, too."""
+    if eq is None or units == state.units or not eq.beta0:
+        return state.switched(units)
+    if state.given == "groups":
+        state = asked(state, "length", eq)
+    other = state.switched(units)
+    measure, rod = other.asks.asked, other.rod
+    assert rod is not None  # in SI units there is one, and one that is left is a rod's
+    near = None if state.near is None else measure.from_ratio(rod, getattr(eq, measure.attribute))
+    return other.changed(law=state.law, label=state.label, near=near)
 
 
 def asked(state: State, given: str, eq: Equilibrium | None) -> State:
@@ -69,6 +85,8 @@ def typed(state: State, field: str, text: str) -> State:
         value = float(text)
     except ValueError:
         return state.typed(field, text)
+    if field in SCENE_NUMBERS and (rod := state.rod) is not None:
+        return state.changed(**{field: value * SCENE_NUMBERS[field].unit(rod).size})
     if state.units == "SI" and field in SI_UNITS:
         return state.typed(field, f"{text} {SI_UNITS[field]}")
     if state.units == "SI" and field in rod_questions():
@@ -82,7 +100,7 @@ def slid(state: State, field: str, value: float, eq: Equilibrium | None) -> Stat
         # Sliders move its logarithm, and 10**log10(3000) is more than 3000.
         value = min(max(value, RATIOS[0]), RATIOS[1])
     near = None
-    if state.label in ("folded", "spurious") and eq is not None:
+    if state.label in ("folded", "spurious", "other") and eq is not None:
         near = getattr(eq, state.asks.asked.name)
     return state.changed(**{field: value, "near": near})
 
@@ -91,7 +109,10 @@ def picked(screen: Screen, x: float, y: float) -> State | None:
     """Return the state of the branch nearest to a click on the diagram; None where there is none."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return None
-    state, panel, branch = screen.state, screen.diagram, screen.curve.branch
+    state, panel = screen.state, screen.diagram
+    if panel is None or screen.curve is None:
+        return None
+    branch = screen.curve.branch
     # T itself is no detached state.
     rows = np.flatnonzero(np.abs(branch.alpha1) > 1e-9 * (1.0 + branch.beta0))
     if not len(rows):
@@ -126,14 +147,15 @@ def span(state: State, field: str, curve: Curve | None) -> tuple[float, float]:
 
 
 def _span(state: State, field: str, curve: Curve | None) -> tuple[float, float]:
-    if field == "beta0":
-        return 0.0, FARTHEST_BETA0
+    if field in ("beta0", "ratio"):
+        return RATIOS if field == "ratio" else (0.0, FARTHEST_BETA0)
     if field == "lam":
         return window(state.beta0)
-    if field == "ratio":
-        return RATIOS
     rod = state.rod
     assert rod is not None  # it has a length and a pressure
+    if field in SCENE_NUMBERS:
+        size = SCENE_NUMBERS[field].dimension.size(rod)
+        return SCENE_NUMBERS[field].low * size, SCENE_NUMBERS[field].high * size
     if field == "pressure":
         return 0.0, rod.adhesion_strength
     if curve is not None and curve.branch.rod == rod:

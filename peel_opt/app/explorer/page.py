@@ -17,6 +17,7 @@ from bokeh.document import Document
 from bokeh.models import InlineStyleSheet
 
 from ...base.errors import PeelOptError
+from ...equilibria.result import Equilibrium
 from . import look, moves
 from .controls import Controls
 from .curves import Curve
@@ -25,12 +26,13 @@ from .fit import fit
 from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
-from .screen import Screen, full_screen, live_screen
+from .screen import Screen
+from .screens import full_screens, live_screen
 from .spoken import spoken
 from .state import State
 from .state_cards import to_card
 from .tables import screen_csv
-from .texts import costs, notes, text_box
+from .texts import costs, doing, notes, text_box
 
 #: A slider has rested when nothing came for this long [ms].
 RESTED = 350
@@ -67,6 +69,7 @@ class Page:
         self.doc, self.state, self.messages = doc, state, messages
         self._submit = submit
         self.best: Curve | None = None
+        self.known: Equilibrium | None = None
         self.screen = live_screen(state)
         self._token = 0
         self._waiting = self._scheduled = self._held = False
@@ -173,7 +176,8 @@ class Page:
         if self._held:
             return  # painted first; then the newest value is next
         self._scheduled = False
-        self.screen = live_screen(self.state, best=self.best, before=self.screen.equilibrium)
+        self.known = self.screen.equilibrium or self.known
+        self.screen = live_screen(self.state, best=self.best, before=self.known)
         self._draw()
         self.controls.show(self.state, self.screen.curve)
         if self._rest is not None:
@@ -192,12 +196,18 @@ class Page:
         """Compute the full screen off the event loop."""
         self._waiting = False
         token, state = self._token, self.state
-        self._costs("; solving …")
+        self._doing("solving")
 
         def work() -> Screen:
+            screen = self.screen
             if token != self._token:
-                return self.screen  # nobody waits for it any more
-            return full_screen(state)
+                return screen  # nobody waits for it any more
+            for screen, what in full_screens(state):
+                if token != self._token:
+                    break
+                if what:
+                    self.doc.add_next_tick_callback(partial(self._part, token, screen, what))
+            return screen
 
         self._submit(work).add_done_callback(partial(self._done, token))
 
@@ -205,6 +215,18 @@ class Page:
         # In the thread of the work: the document may only be touched from its own.
         if token == self._token and not future.cancelled():
             self.doc.add_next_tick_callback(partial(self._deliver, token, future))
+
+    def _part(self, token: int, screen: Screen, what: str) -> None:
+        """Show what is known of a full picture, while more of it is computed."""
+        if token == self._token:
+            self._take(screen)
+            self._doing(what)
+
+    def _take(self, screen: Screen) -> None:
+        self.screen, self.best = screen, screen.curve or self.best
+        if self._sweep is None:
+            self._draw()
+            self.controls.show(self.state, screen.curve)
 
     def _deliver(self, token: int, future: Future[Screen]) -> None:
         if token != self._token:
@@ -214,11 +236,7 @@ class Page:
             self._say((f"The full computation failed: {error}",))
             self._costs("; not solved")
             return
-        screen = future.result()
-        self.screen, self.best = screen, screen.curve
-        if self._sweep is None:
-            self._draw()
-            self.controls.show(self.state, screen.curve)
+        self._take(future.result())
         self.address.data = {"query": [self.state.to_query()]}
 
     def _draw(self) -> None:
@@ -230,6 +248,7 @@ class Page:
             self.controls.nearest.visible = screen.nearest is not None
             self._say(self.messages)
             self._costs("")
+            self.panels.progress.text = ""
             self.pace.sent()
         finally:
             self.doc.unhold()
@@ -237,6 +256,11 @@ class Page:
     def _say(self, messages: tuple[str, ...]) -> None:
         """Show messages as text, never as markup."""
         self.notes.text = notes(self.screen, messages)
+
+    def _doing(self, what: str) -> None:
+        """Say what is computed now."""
+        self._costs(f"; {what} …")
+        self.panels.progress.text = doing(what)
 
     def _costs(self, doing: str) -> None:
         """Show what the picture cost and how far to trust it, part by part."""
@@ -273,7 +297,7 @@ class Page:
         try:
             if screen.rod is not None:  # otherwise the picture before stays for a moment
                 apply(self.panels.moving(screen))
-                apply(self.panels.diagram.place(screen.diagram.here))
+                apply(self.panels.diagram.place(screen.diagram.here if screen.diagram else None))
             apply(self.panels.loop.place((frame.x, frame.y)))
             self.pace.sent()
         finally:

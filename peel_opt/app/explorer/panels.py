@@ -27,6 +27,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
+from ...plots import scene as scenes
 from ...plots import style
 from ...plots.panels import Arrows, Line, Mark, Panel
 from ...plots.words import plain
@@ -47,8 +48,12 @@ _LETTER_GAP = 13.0
 #: A range is kept while what it shows fills at least this share of it, so that pictures stand still.
 _STEADY = 0.72
 
+#: What stands in place of the rod, and whether it is still looked for.
+NO_ROD = {False: "no such state: see below", True: "being solved"}
+
 _MARKS = ("x", "y", "letter", "meaning", "colour", "face", "shape", "size", "dx", "dy")
 _ARROWS = ("x0", "y0", "x1", "y1", "angle")
+_PLATE = ("fill_color", "fill_alpha", "hatch_pattern", "hatch_color", "hatch_weight")
 
 
 class Picture:
@@ -75,6 +80,7 @@ class Picture:
         self.items: dict[str, LegendItem] = {}
         self.ground: tuple[Span, Label] | None = None
         self.plate: BoxAnnotation | None = None
+        self.solid = ColumnDataSource({"x": [], "y": []})
         if ground:
             self.ground, self.plate = self._lay()
         self._add_lines()
@@ -134,6 +140,14 @@ class Picture:
         )
         for layer in (plate, line, name):
             fig.add_layout(layer)
+        fig.patch(
+            "x",
+            "y",
+            source=self.solid,
+            level="underlay",
+            line_color=None,
+            **{name: getattr(plate, name) for name in _PLATE},
+        )
         return (line, name), plate
 
     def _add_lines(self) -> None:
@@ -209,7 +223,9 @@ class Picture:
         """Return what shows a picture under a heading; a few words where there is none."""
         fig, lines, arrows = self.figure, panel.lines if panel else (), panel.arrows if panel else ()
         here = panel.here if panel else None
-        found: Updates = [
+        # Axes of nothing would be wrong ones.
+        found: Updates = [(each, {"visible": panel is not None}) for each in (*fig.axis, *fig.grid)]
+        found += [
             (fig.title, {"text": _in_two_lines(heading)}),
             (fig.xaxis[0], {"axis_label": plain(panel.x.label) if panel else ""}),
             (fig.yaxis[0], {"axis_label": plain(panel.y.label) if panel else ""}),
@@ -238,7 +254,8 @@ class Picture:
 
     def _empty(self) -> Updates:
         if self.ground is not None:
-            return [(each, {"visible": False}) for each in self.ground]
+            none = (self.solid, {"data": {"x": np.empty(0), "y": np.empty(0)}})
+            return [*((each, {"visible": False}) for each in self.ground), none]
         ends = {"start": 0.0, "end": 1.0, "reset_start": 0.0, "reset_end": 1.0}
         return [(shown, ends) for shown in (self.figure.x_range, self.figure.y_range)]
 
@@ -253,8 +270,10 @@ class Picture:
         middle, low = 0.5 * (panel.x.low + panel.x.high), panel.y.low
         line, name = self.ground
         shows, y0 = panel.ground.shows_y0, panel.ground.y0
+        x_solid, y_solid = panel.ground.solid or (np.empty(0), np.empty(0))
         return [
             (self.plate, {"visible": panel.ground.solid is None}),
+            (self.solid, {"data": {"x": x_solid, "y": y_solid}}),
             *_fit(x, middle - 0.5 * pixel * wide, middle + 0.5 * pixel * wide, steady=False),
             *_fit(y, low, low + pixel * high / stretch, steady=False),
             (line, {"visible": shows, **({"location": y0} if shows else {})}),
@@ -268,8 +287,8 @@ class FourPanels:
     def __init__(self) -> None:
         self.rod = Picture(
             "rod",
-            ("attached", "rod", "rod-beyond-y0"),
-            ("pressure", "adhesion", "repulsion"),
+            scenes.LINES,
+            scenes.ARROWS,
             ground=True,
         )
         spurious = ("spurious", "spurious-unstable", "spurious-stable")
@@ -283,6 +302,8 @@ class FourPanels:
         self.loop = Picture("loop", ("between", "down", "up"))
         self.headline = text_box("headline", "status")
         self.headline.styles = {**self.headline.styles, "min-height": "42px"}  # panels stay where they are
+        self.progress = text_box("progress", "status")
+        self.progress.stylesheets = [InlineStyleSheet(css=look.PROGRESS)]
         self.grid = Column(
             *(Column(each.figure, caption(each.figure.name), spacing=0) for each in self.pictures),
             name="panels",
@@ -306,6 +327,7 @@ class FourPanels:
         controls.stylesheets = [InlineStyleSheet(css=look.CONTROLS)]
         main = Column(
             self.headline,
+            self.progress,
             self.grid,
             notes,
             spacing=0,
@@ -326,14 +348,14 @@ class FourPanels:
         """Return what shows a screen."""
         return [
             *self.moving(screen),
-            *self.diagram.updates(screen.headings["diagram"], screen.diagram),
+            *self.diagram.updates(screen.headings["diagram"], screen.diagram, screen.no_diagram),
             *self.loop.updates(screen.headings["loop"], screen.loop, screen.no_loop),
         ]
 
     def moving(self, screen: Screen) -> Updates:
         """Return what changes with every frame of a sweep."""
         return [
-            *self.rod.updates("Rod", screen.rod, "no such state: see below"),
+            *self.rod.updates("Rod", screen.rod, NO_ROD[screen.solving]),
             *self.potential.updates(screen.headings["potential"], screen.potential, screen.no_potential),
             (self.headline, {"text": headline(screen)}),
         ]

@@ -14,7 +14,8 @@ from ...model.rod import RATIOS
 from ...plots.diagram import coordinates
 from .curves import traced
 from .loops import OFF_FOLD
-from .screen import Screen, full_screen
+from .screen import Screen
+from .screens import full_screen
 from .state import State
 
 #: Relatives of a state: its beta0 and its eta/y0, times these.
@@ -147,7 +148,7 @@ def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[Slider
     another branch.
     """
     screen = full_screen(state)
-    here = screen.diagram.here
+    here = None if screen.diagram is None else screen.diagram.here
     if here is None:
         return found, 0, False
     x, y = (np.array([getattr(p, name) for p in found]) for name in ("x", "y"))
@@ -162,8 +163,9 @@ def with_own(found: tuple[SliderPlace, ...], state: State) -> tuple[tuple[Slider
 def solved(place: SliderPlace) -> Screen | None:
     """Return the full picture of a place; None where its answer is not found, or lies elsewhere."""
     screen = full_screen(place.state)
-    here, panel = screen.diagram.here, screen.diagram
-    if screen.equilibrium is None or here is None:
+    panel = screen.diagram
+    here = None if panel is None else panel.here
+    if screen.equilibrium is None or panel is None or here is None:
         return None
     off = math.hypot(
         (here[0] - place.x) / (panel.x.high - panel.x.low), (here[1] - place.y) / (panel.y.high - panel.y.low)

@@ -20,6 +20,17 @@ FIGURES = {
     "Figure 6: β₀ = 10": State(beta0=10.0, lam=-1.0),
 }
 
+#: A rod with eta/y0 = 1 in each scene.
+ROD = State(given="pressure", law="cohesive")
+SCENES = {
+    "An edge never glued, of 0.5 η": ROD.staged("flaw"),
+    "Outside a cylinder of radius 10 η": ROD.staged("wall"),
+    "Inside a pipe of radius 10 η": ROD.changed(scene="wall", curvature=0.1),
+    "Pulled straight up at the tip": ROD.staged("force"),
+    "Under its weight": ROD.staged("weight"),
+    "Dragged along the plate": ROD.staged("drag"),
+}
+
 #: Where the cards are: in an installed package, or beside it where it is worked on.
 _FOLDERS = tuple(folder / "problems" for folder in Path(__file__).parents[2:4])
 
@@ -28,7 +39,7 @@ _FOLDERS = tuple(folder / "problems" for folder in Path(__file__).parents[2:4])
 def presets() -> dict[str, dict[str, State]]:
     """Return states to begin with, by name, in groups with a heading.
 
-    A card that the explorer cannot show, such as one with a scene or measurements, is left out.
+    A card that the explorer cannot show, such as one with measurements, is left out.
     """
     from ..cards import load_card
 
@@ -39,7 +50,7 @@ def presets() -> dict[str, dict[str, State]]:
             cards[card.title or path.stem] = from_card(card)
         except PeelOptError:
             continue
-    return {"Figures of the paper": FIGURES, "Cards of problems/": cards}
+    return {"Figures of the paper": FIGURES, "Scenes": SCENES, "Cards of problems/": cards}
 
 
 def begun(name: str, state: State) -> State | None:

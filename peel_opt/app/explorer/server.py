@@ -103,7 +103,7 @@ def open_page(doc: Document, start: State) -> None:
 def warm_up() -> None:
     """Compile what the first pictures need, so that the first drag is as quick as all others."""
     from .presets import presets
-    from .screen import live_screen
+    from .screens import live_screen
 
     presets()
     for given, law in (("groups", "linear"), ("length", "cohesive"), ("pressure", "cohesive")):

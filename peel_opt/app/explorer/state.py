@@ -15,13 +15,20 @@ from ...equilibria.question import ASKS, Asks, Question
 from ...model.groups import PI4
 from ...model.labels import STATES
 from ...model.rod import RATIOS, Rod, require_ratio
+from ...model.scene import Scene
 from ...plots.words import symbol
+from ..card_tables import own_units
+from .setups import SCENE_NUMBERS, SETUPS, scene_of
 
 Units = Literal["groups", "SI"]
 Given = Literal["groups", "length", "pressure"]
 Law = Literal["linear", "cohesive"]
 Convention = Literal["delay", "maxwell"]
 Accuracy = Literal["sketch", "draft", "standard", "reference"]
+SceneName = Literal["plate", "flaw", "wall", "force", "weight", "drag"]
+
+#: States that only the plate has, and that only other scenes have.
+OF_PLATE, OF_SCENES = ("spurious", "adhered"), ("lifted", "other")
 
 #: Method and tolerance of each accuracy, as a card names them.
 METHODS: dict[str, tuple[str, float]] = {
@@ -38,7 +45,8 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "law": get_args(Law),
     "convention": get_args(Convention),
     "accuracy": get_args(Accuracy),
-    "label": (*STATES, "adhered"),
+    "scene": get_args(SceneName),
+    "label": (*STATES, "adhered", *OF_SCENES),
 }
 
 #: Numbers beyond these are not meant; far inside them an error says what exists instead.
@@ -55,10 +63,11 @@ _KINDS: dict[str, tuple[Kind, bool]] = {
     "beta0": (NUMBER, True),
     "lam": (NUMBER, True),
     "near": (NUMBER, True),
-}
+} | {name: (each.kind(in_si=True), True) for name, each in SCENE_NUMBERS.items()}
 
 #: How fields are called in front of people.
 NAMES = {"lam": "lambda", "ratio": "eta/y0", "label": "state"}
+NAMES |= {"unbonded": "unglued edge", "weight": "weight per area", "drag": "drag per area"}
 
 _LONGEST = 40  # characters of a wrong value that are quoted
 
@@ -91,6 +100,10 @@ class State:
         Which state is meant: "unfolded" for the default one, "adhered" for the straight rod.
     near : float or None
         Picks the state by its answer: alpha1, pressure or length, in the units of those.
+    scene : {"plate", "flaw", "wall", "force", "weight", "drag"}
+        What acts on a rod beside the pressure: a key of `SETUPS`.
+    unbonded, curvature, force, angle, weight, drag : float
+        Numbers of the scenes, in SI units, or in eta and T0 where ``units`` is "groups"; the angle in rad.
 
     Raises
     ------
@@ -113,6 +126,13 @@ class State:
     accuracy: Accuracy = "standard"
     label: str = "unfolded"
     near: float | None = None
+    scene: SceneName = "plate"
+    unbonded: float = 0.0
+    curvature: float = 0.0
+    force: float = 0.0
+    angle: float = 0.5 * math.pi
+    weight: float = 0.0
+    drag: float = 0.0
 
     def __post_init__(self) -> None:
         for name, known in CHOICES.items():
@@ -149,6 +169,28 @@ class State:
             )
         if self.units == "SI":
             require_ratio(Rod(self.k, self.T0, self.y0).ratio)
+        self._require_scene()
+
+    def _require_scene(self) -> None:
+        """Raise where the scene, or one of its numbers, cannot be meant."""
+        plain = self.scene == "plate"
+        if not plain and self.given == "groups":
+            raise InvalidInput(
+                "beta0 and lambda are the paper's groups, of its own scene.",
+                remedy="Give the length or the pressure, or go back to the paper's scene.",
+            )
+        if self.label in (OF_SCENES if plain else OF_PLATE):
+            raise InvalidInput(
+                f"no state of this scene is called {self.label}.",
+                remedy=f"Choose one of {', '.join(self.labels)}.",
+            )
+        if (rod := self.rod) is None:
+            return
+        for each in SETUPS[self.scene].numbers:
+            value, size = getattr(self, each.name), each.dimension.size(rod)
+            if not each.least * size <= value <= each.most * size:
+                low, high = (each.worded(rod, end * size) for end in (each.least, each.most))
+                raise OutOfRange(f"the {each.words} lies between {low} and {high}.")
 
     # --- what it means --------------------------------------------------------------------
 
@@ -177,6 +219,17 @@ class State:
         return float(getattr(self, self.field))
 
     @property
+    def rods_scene(self) -> Scene | None:
+        """The scene of the rod; None where it is the paper's."""
+        return scene_of(self)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The states that the scene may have."""
+        never = OF_SCENES if self.scene == "plate" else OF_PLATE
+        return tuple(label for label in CHOICES["label"] if label not in never)
+
+    @property
     def named_law(self) -> str:
         """The law as the questions of this package take it.
 
@@ -200,8 +253,13 @@ class State:
             return f"β₀ = {self.beta0:.5g}, λ = {self.lam:.5g}"
         if self.units == "SI":
             number = display(self.value, self.asks.given.unit, 4)
-            return f"{self.asks.given.name} {number}, η/y₀ = {self.effective_ratio:.4g}"
-        return f"{symbol(self.asks.given.attribute)} = {self.value:.5g}, η/y₀ = {self.ratio:.4g}"
+            words = f"{self.asks.given.name} {number}, η/y₀ = {self.effective_ratio:.4g}"
+        else:
+            words = f"{symbol(self.asks.given.attribute)} = {self.value:.5g}, η/y₀ = {self.ratio:.4g}"
+        rod = self.rod
+        assert rod is not None  # the groups are not given
+        own = (each.worded(rod, getattr(self, each.name)) for each in SETUPS[self.scene].numbers)
+        return ", ".join([words, *own])
 
     @property
     def effective_ratio(self) -> float:
@@ -218,7 +276,7 @@ class State:
 
         ``near`` belongs to the numbers it was chosen at and goes with them, the label with the problem.
         """
-        if values.keys() & {"units", "given", "law"}:
+        if values.keys() & {"units", "given", "law", "scene"}:
             values = {"label": "unfolded", **values}
         if values.keys() - {"accuracy", "convention"}:
             values = {"near": None, **values}
@@ -244,29 +302,47 @@ class State:
         kind, signed = _KINDS[name]
         own: dict[str, float] = {}
         if self.units == "groups":
-            kind = NUMBER
-        elif name in ("length", "pressure"):
-            rod = Rod(self.k, self.T0, self.y0)
-            own = (
-                {"eta": rod.eta, "y0": rod.adhesion_range}
-                if name == "length"
-                else {"T0": rod.adhesion_strength}
-            )
+            kind = SCENE_NUMBERS[name].kind(in_si=False) if name in SCENE_NUMBERS else NUMBER
+        elif name in SCENE_NUMBERS or name in ("length", "pressure"):
+            own = own_units(Rod(self.k, self.T0, self.y0), kind.si)
         return self.changed(**{name: parse(NAMES.get(name, name), text, kind, own=own, signed=signed)})
 
     def switched(self, units: str) -> State:
-        """Return the state in other units, at the same p/T0 and sbar/eta."""
+        """Return the state in other units, at the same p/T0, sbar/eta and eta/y0.
+
+        A rod in SI units keeps its k and T0, and has the y0 that goes with them.
+        """
         if units == self.units:
             return self
         was = Rod(self.k, self.T0, self.y0) if self.units == "SI" else Rod.from_ratio(self.ratio)
         sigma, P = self.length / was.eta, self.pressure / was.adhesion_strength
+        own = {name: getattr(self, name) / each.dimension.size(was) for name, each in SCENE_NUMBERS.items()}
         if units == "SI":
             rod = Rod(self.k, self.T0, self.y0)
+            if not math.isclose(rod.ratio, was.ratio, rel_tol=1e-12):
+                rod = Rod(self.k, self.T0, rod.eta / was.ratio)
             given = "length" if self.given == "groups" else self.given
-            return self.changed(
-                units="SI", given=given, law="cohesive", length=rod.length(sigma), pressure=rod.pressure(P)
-            )
-        return self.changed(units=units, ratio=was.ratio, length=sigma, pressure=P)
+            own = {name: value * SCENE_NUMBERS[name].dimension.size(rod) for name, value in own.items()}
+            lengths = {"length": rod.length(sigma), "pressure": rod.pressure(P), "y0": rod.adhesion_range}
+            law = "cohesive" if self.given == "groups" else self.law
+            return self.changed(units="SI", given=given, law=law, **lengths, **own)
+        return self.changed(units=units, ratio=was.ratio, length=sigma, pressure=P, **own)
+
+    def staged(self, scene: str) -> State:
+        """Return the state with another scene, whose numbers begin where they are not given yet."""
+        if scene == self.scene:
+            return self
+        setup, state = SETUPS[scene], self
+        if state.given == "groups" and scene != "plate":
+            state = state.asking("pressure")
+        rod = state.rod
+        if rod is None:
+            return state.changed(scene=scene)
+        begun = {
+            each.name: getattr(state, each.name) or each.start * each.dimension.size(rod)
+            for each in setup.numbers
+        }
+        return state.changed(scene=scene, **begun)
 
     def asking(self, given: str) -> State:
         """Return the state with another question about the same problem."""
@@ -317,7 +393,11 @@ class State:
             try:
                 value = text if name in CHOICES else _plain(name, text)
                 # A rod in SI units cannot be asked for groups, whatever else is in the link.
-                alone: dict[str, Any] = {"given": "length"} if (name, value) == ("units", "SI") else {}
+                alone: dict[str, Any] = {}
+                if (name, value) == ("units", "SI") or name == "scene":
+                    alone = {"given": "length"}
+                elif name == "label" and value in OF_SCENES:
+                    alone = {"given": "length", "scene": "flaw"}
                 cls(**{**alone, name: value})
             except (InvalidInput, OutOfRange) as error:
                 messages.append(f"In the link: {error}")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InvalidInput
 from ...equilibria.question import rod_questions
 from ...model.groups import PI4
+from ..scene_table import SET
+from .setups import SETUPS, setup_of
 from .state import METHODS, State
 
 if TYPE_CHECKING:
@@ -37,12 +39,16 @@ def to_card(state: State) -> str:
         numbers = {"bending_stiffness": state.k, "adhesion_strength": state.T0, "adhesion_range": state.y0}
         units = ("N m", "Pa", "m")
         lines += ["[rod]", *(f"{n} = {v!r}  # {u}" for (n, v), u in zip(numbers.items(), units, strict=True))]
-        lines += ["", "[estimates]", *(f'{n} = "{TYPED}"' for n in numbers)]
+        lines += _scene_table(state)
+        own = () if state.rods_scene is None else SETUPS[state.scene].numbers
+        sourced = [*numbers, *(each.name for each in own if each.name not in SET)]
+        lines += ["", "[estimates]", *(f'{n} = "{TYPED}"' for n in sourced)]
         lines += ["", "[[questions]]", f"{state.given} = {state.value!r}  # {state.asks.given.unit}"]
     else:
-        lines += ["[rod]", f"ratio = {state.ratio!r}", "", "[[questions]]"]
+        lines += ["[rod]", f"ratio = {state.ratio!r}", *_scene_table(state), "", "[[questions]]"]
         lines.append(f"{state.given} = {state.value!r}  # in units of {state.asks.given.own}")
-    lines.append(f'law = "{state.named_law}"')
+    if state.rods_scene is None:  # which has its own law
+        lines.append(f'law = "{state.named_law}"')
     if state.label != "unfolded":
         lines.append(f'state = "{state.label}"')
     if state.near is not None:
@@ -50,24 +56,42 @@ def to_card(state: State) -> str:
     return "\n".join([*lines, f'method = "{method}"', f"tol = {tol!r}", ""])
 
 
+def _scene_table(state: State) -> list[str]:
+    """Return the lines of ``[scene]``."""
+    rod = state.rod
+    if rod is None or state.rods_scene is None:
+        return []
+    numbers = [
+        f"{each.name} = {getattr(state, each.name)!r}  # {each.dimension.unit_of(rod)}"
+        for each in SETUPS[state.scene].numbers
+    ]
+    return ["", "[scene]", f'law = "{state.named_law}"', *numbers]
+
+
 def from_card(card: Card) -> State:
-    """Return the state that answers the first question of a card.
+    """Return the state that answers the first question of a card about an equilibrium.
 
     Raises
     ------
     InvalidInput, OutOfRange
         If the card lies outside what the explorer shows.
     """
-    question = card.questions[0]
-    if card.scene_table is not None or question.flaw is not None or question.free is not None:
+    scene = card.scene()
+    found = None if scene is None else setup_of(scene)
+    asked_of_states = (q for q in card.questions if q.flaw is None and q.free is None)
+    question = next(asked_of_states, None)
+    if question is None or (scene is not None and found is None):
         raise InvalidInput(
-            "the explorer shows the paper's scene only, and this card asks about another, or about a flaw.",
+            "the explorer shows the length at a pressure, or the pressure at a length, and beside the"
+            " pressure a flaw, a wall, a force on the tip, a weight or drag alone; this card asks for more.",
             remedy="Answer it with peel-opt run.",
         )
     posed = question.pose(card.problem)
     given: dict[str, Any] = dict(posed.keywords)
     rod = card.rod()
-    law = "linear" if given.get("law", "linear" if rod is None else "auto") == "linear" else "cohesive"
+    default = "linear" if rod is None else "auto"
+    law = given.get("law", default) if scene is None else scene.law
+    law = "linear" if law == "linear" or getattr(law, "name", "") == "linear" else "cohesive"
     common: dict[str, Any] = {"law": law, "label": given.get("state") or "unfolded", "near": given["near"]}
     if rod is None:
         lam = given["lam"] if given["lam"] is not None else given["beta1"] - PI4
@@ -88,4 +112,6 @@ def from_card(card: Card) -> State:
     unit = rod
     both = {"length": unit.length(1.01 * unit.critical_length / unit.eta), "pressure": unit.pressure(0.5)}
     both[asked] = posed.args[-1]
+    if found is not None:
+        common |= {"scene": found[0], **found[1]}
     return start.changed(given=asked, **both, **common)

@@ -31,7 +31,8 @@ def headline(screen: Screen) -> str:
     words = html.escape(screen.state.words)
     if answer is None:
         said = "adhered" if screen.state.label == "adhered" else "no such state"
-        return f'<span style="font-size:17px"><b>{said}</b> at {words}</span>'
+        said = "being solved:" if screen.solving else f"{said} at"
+        return f'<span style="font-size:17px"><b>{said}</b> {words}</span>'
     numbers = ", ".join(f"{html.escape(n)} = {html.escape(v)}" for n, v in answer.numbers)
     verdict = "certified" if answer.certified else "not certified"
     return (
@@ -62,6 +63,11 @@ def notes(screen: Screen, messages: tuple[str, ...]) -> str:
     calm = [*screen.warnings, *([] if screen.sweep is None else [screen.sweep.note])]
     lines = [f'<b style="color:{look.REFUSED}">{html.escape(text)}</b>' for text in urgent]
     return "<br>".join([*lines, *(html.escape(text) for text in calm)])
+
+
+def doing(what: str) -> str:
+    """Return what is computed now; it appears only where that takes a while."""
+    return f'<span class="doing">{html.escape(what)} …</span>'
 
 
 def costs(screen: Screen, doing: str) -> str:

@@ -48,7 +48,8 @@ def answer_of(eq: Equilibrium) -> AnswerText:
         headline = f"{written.partition('/')[0]} = {display_with_error(value, error, asked.unit)}"
     else:
         headline = f"{written} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
-    pairs = [("β₀", eq.beta0), ("λ", eq.lam), ("α₁", eq.alpha1)]
+    # The groups are the paper's, of its own scene.
+    pairs = [("β₀", eq.beta0), ("λ", eq.lam), ("α₁", eq.alpha1)] if eq.scene is None else []
     if eq.beta0:
         pairs += [("p/T₀", eq.pressure_ratio), ("s̄/η", eq.length_ratio), ("η/y₀", eq.ratio)]
     return AnswerText(
@@ -79,15 +80,17 @@ def _digits(eq: Equilibrium) -> int:
     return min(max(math.floor(math.log10(abs(eq.answer) / eq.error)) + 1, 2), 12)
 
 
+def flags_said(eq: Equilibrium | None) -> list[str]:
+    """Return what is the matter with a state."""
+    flags = eq.flags if eq else ()
+    return [f"{plain(typeset(FLAGS[flag]))}.{ADVICE.get(flag, '')}" for flag in flags if flag in FLAGS]
+
+
 def warnings_of(
     state: State, eq: Equilibrium | None, curve: Curve, land: Landscape | None, off: float, full: bool
 ) -> tuple[str, ...]:
     """Return what must be said beside the pictures."""
-    said = [
-        f"{plain(typeset(FLAGS[flag]))}.{ADVICE.get(flag, '')}"
-        for flag in (eq.flags if eq else ())
-        if flag in FLAGS
-    ]
+    said = flags_said(eq)
     if eq is not None and eq.state == "other":
         said.append(OFF_BRANCH)
     beta0 = state.beta0 if state.given == "groups" else (eq.beta0 if eq else 0.0)
