@@ -16,7 +16,6 @@ from ..base.errors import AtFold
 from ..base.threads import one_thread
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_question import COMMON, SceneQuestion
-from ..model.dimension import Dimension
 from ..model.rod import MATERIAL, UNITS
 from ..model.scene import Scene
 from ..residual.linear import Linearised
@@ -86,8 +85,8 @@ def _in_units(
     material = np.array([getattr(rod, name) for name in MATERIAL])
     U, F = question.dimension.size(rod), eq.answer
     # d log / d log k, T0, y0 of what the value is made of.
-    response = {"ratio": rod.ratio * RATIO} | {name: -own[name] * _powers(kinds[name]) for name in own}
-    slopes = U * (F * _powers(question.dimension) + sum(rates[n] * part for n, part in response.items()))
+    response = {"ratio": rod.ratio * RATIO} | {name: -own[name] * kinds[name].powers for name in own}
+    slopes = U * (F * question.dimension.powers + sum(rates[n] * part for n, part in response.items()))
     doubts = U * sum(errors[name] * np.abs(part) for name, part in response.items())
     sizes = {name: kind.size(rod) for name, kind in kinds.items()}
     named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else dict(UNITS)
@@ -105,12 +104,6 @@ def _in_units(
         | {name: kind.unit_of(rod) for name, kind in kinds.items()}
         | {question.free: question.dimension.unit_of(rod)},
     )
-
-
-def _powers(kind: Dimension) -> np.ndarray:
-    """Powers of k, T0 and y0 in the unit of a number."""
-    third = kind.length / 3.0
-    return np.array([third, kind.strength - third, 0.0])
 
 
 def _at_fold(question: SceneQuestion) -> AtFold:

@@ -14,13 +14,16 @@ from pydantic import BeforeValidator, Field, model_validator
 from ..base.errors import CardError, InvalidInput
 from ..model.labels import OBSERVABLE, known_state
 from ..model.rod import MATERIAL, Rod
+from ..model.scene import Scene
 from ..studies.calibrate.data import MeasuredShape, Measurements
 from ..studies.calibrate.fit import calibrate
 from ..studies.calibrate.profile import require_level
 from ..studies.calibrate.read import read_measurements, read_shape
 from ..studies.calibrate.result import Calibration
+from ..studies.calibrate.scene_fit import SceneCalibration
 from .card_tables import CardTable, Length, Number, Pressure, RodTable
 from .cards import SourcedCard, is_calibration, read_card
+from .scene_table import MEASURES, SET, SceneTable
 
 #: Which numbers of a rod a field of ``[rod]`` goes into.
 FEEDS = {
@@ -42,8 +45,11 @@ def _file(value: object) -> object:
 
 
 def _free(value: object) -> object:
-    if not isinstance(value, list) or not value or any(name not in MATERIAL for name in value):
-        raise InvalidInput(f"free must list some of {', '.join(MATERIAL)}, got {value!r}.")
+    known = (*MATERIAL, *MEASURES)
+    if not isinstance(value, list) or not value or any(name not in known for name in value):
+        raise InvalidInput(
+            f"free must list some of {', '.join(MATERIAL)}, and of the numbers under [scene], got {value!r}."
+        )
     return tuple(value)
 
 
@@ -55,7 +61,7 @@ class FitTable(CardTable):
     """``[calibration]``: what is free, and how residuals count."""
 
     free: Annotated[tuple[str, ...], BeforeValidator(_free)] = Field(
-        MATERIAL, description="the numbers of the rod that are fitted"
+        MATERIAL, description="the numbers of the rod that are fitted, and of [scene]"
     )
     state: State | None = Field(None, description="that all data show, where their files do not say")
     loss: Literal["least-squares", "pseudo-huber"] = Field(
@@ -109,48 +115,62 @@ class ShapeTable(CardTable):
 class CalibrationCard(SourcedCard):
     """A calibration: a rod to start from, measurements, and what to fit.
 
-    Every number of the rod that is not free should have a source or an estimate.
+    Every number of the rod and the scene that is not free should have a source or an estimate.
 
     Parameters
     ----------
     rod_table : RodTable
+    scene_table : SceneTable, optional
     calibration : FitTable
     pairs, shapes : tuple
         At least one of them.
     """
 
-    tables: ClassVar = {"rod": RodTable, "calibration": FitTable, "pairs": PairsTable, "shapes": ShapeTable}
+    tables: ClassVar = {
+        "rod": RodTable,
+        "scene": SceneTable,
+        "calibration": FitTable,
+        "pairs": PairsTable,
+        "shapes": ShapeTable,
+    }
 
     rod_table: RodTable = Field(alias="rod")
+    scene_table: SceneTable | None = Field(default=None, alias="scene")
     calibration: FitTable
     pairs: tuple[PairsTable, ...] = ()
     shapes: tuple[ShapeTable, ...] = ()
 
     @property
     def given(self) -> set[str]:
-        """Names of all numbers of its rod."""
-        return self.rod_table.model_fields_set
+        """Names of all numbers of its rod and its scene."""
+        scene = set() if self.scene_table is None else self.scene_table.given
+        return set(self.rod_table.model_fields_set) | scene
 
     @property
     def _read_somewhere(self) -> set[str]:
         free = set(self.calibration.free)
-        return {name for name in self.given if not FEEDS.get(name, {name}) <= free}
+        return {name for name in self.given if not FEEDS.get(name, {name}) <= free} - set(SET)
 
     def rod(self) -> Rod:
         """Return the rod with the known numbers, and the start of the free ones."""
         return self.rod_table.rod()
 
+    def subject(self) -> Rod | Scene:
+        """Return the rod with what acts on it besides."""
+        rod = self.rod()
+        return rod if self.scene_table is None else self.scene_table.scene(rod)
+
     def data(self, folder: Path) -> list[Measurements | MeasuredShape]:
         """Read the files, which lie in ``folder``."""
         return [*(t.read(folder) for t in self.pairs), *(t.read(folder) for t in self.shapes)]
 
-    def fit(self, folder: Path) -> Calibration:
+    def fit(self, folder: Path) -> Calibration | SceneCalibration:
         """Read the files and fit."""
         asked = self.calibration
         return calibrate(
             self.data(folder),
             free=asked.free,
-            rod=self.rod(),
+            rod=self.subject(),
             state=asked.state,
             loss=asked.loss,
             loss_scale=asked.loss_scale,
@@ -162,6 +182,19 @@ class CalibrationCard(SourcedCard):
             raise InvalidInput("a calibration card needs an entry under [[pairs]] or [[shapes]].")
         if "ratio" in self.given:
             raise InvalidInput("a calibration needs a rod with units, not ratio alone.")
+        free = set(self.calibration.free)
+        try:
+            subject = self.subject()
+        except InvalidInput as error:
+            raise InvalidInput(f"[scene]: {error}") from error
+        numbers = subject.numbers if isinstance(subject, Scene) else {}
+        if strange := free - set(MATERIAL) - set(numbers):
+            raise InvalidInput(
+                f"free names {min(strange)!r}, which is no number under [scene].",
+                remedy="Name it there, where the fit starts.",
+            )
+        if isinstance(subject, Scene) and self.shapes:
+            raise InvalidInput("a scene is fitted to [[pairs]], and not to [[shapes]].")
         self.require_sources_of_what_is_given()
         return self
 

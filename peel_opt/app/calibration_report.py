@@ -9,12 +9,13 @@ import numpy as np
 
 from ..base.errors import NotConverged
 from ..base.units import display
-from ..model.rod import UNITS
 from ..studies.calibrate.profile import BetterFit
 from ..studies.calibrate.record import Intervals
-from ..studies.calibrate.result import Calibration
+from ..studies.calibrate.result import Fit
+from ..studies.calibrate.scene_fit import SceneCalibration
 from .card_tables import one_line
 from .report import aligned, describe_rod, slug
+from .scene_report import describe_scene
 
 if TYPE_CHECKING:
     from .calibration_cards import CalibrationCard
@@ -30,11 +31,11 @@ def heading(card: CalibrationCard, path: str) -> str:
     return "\n".join(lines)
 
 
-def fit_table(fit: Calibration, level: float, intervals: Intervals) -> str:
+def fit_table(fit: Fit, level: float, intervals: Intervals) -> str:
     """Return estimates with their intervals, correlation, chi-square and warnings."""
     rows = [["number", "estimate", "+-", f"{100 * level:g} % interval", "correlation"]]
     for i, (name, value) in enumerate(fit.estimates.items()):
-        unit = UNITS[name]
+        unit = fit.units[name]
         low, high, how = intervals[name]
         others = [f"{fit.correlation[i, j]:+.3f}" for j in range(len(fit.free)) if j != i]
         rows.append(
@@ -51,8 +52,9 @@ def fit_table(fit: Calibration, level: float, intervals: Intervals) -> str:
         aligned(rows),
         "",
         f"rod: {describe_rod(fit.rod)}",
+        *([f"scene: {describe_scene(fit.scene)}"] if isinstance(fit, SceneCalibration) else []),
         freedom + (f" (p = {fit.p_value:.3g})" if fit.degrees else ""),
-        f"determined: {'; '.join(map(str, fit.combinations))}",
+        f"determined: {'; '.join(fit.determined)}",
         f"{len(fit.observations)} states certified, fitted and certified ones agree to {fit.consistency:.1e}",
         "",
         observation_table(fit),
@@ -61,7 +63,7 @@ def fit_table(fit: Calibration, level: float, intervals: Intervals) -> str:
     return "\n".join(lines)
 
 
-def intervals_of(fit: Calibration, level: float) -> Intervals:
+def intervals_of(fit: Fit, level: float) -> Intervals:
     """Return the interval of every number: from the covariance where no profile can be had."""
     found = {}
     for name in fit.free:
@@ -76,7 +78,7 @@ def intervals_of(fit: Calibration, level: float) -> Intervals:
     return found
 
 
-def observation_table(fit: Calibration) -> str:
+def observation_table(fit: Fit) -> str:
     """Return one line for each observation: measured, fitted, residuals in standard deviations."""
     rows = [["observation", "length", "fitted", "pressure", "fitted", "state", "residual [sd]"]]
     for observation, eq, r in zip(fit.observations, fit.equilibria, fit.residuals, strict=True):
@@ -97,9 +99,7 @@ def observation_table(fit: Calibration) -> str:
     return aligned(rows)
 
 
-def write_fit(
-    fit: Calibration, folder: Path, name: str, record: dict[str, Any], *, picture: bool = True
-) -> None:
+def write_fit(fit: Fit, folder: Path, name: str, record: dict[str, Any], *, picture: bool = True) -> None:
     """Write CSV, a record as JSON and a picture of a fit, named after its card."""
     from ..base.files import atomic_write
     from .report import as_json

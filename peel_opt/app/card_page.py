@@ -70,8 +70,8 @@ CALIBRATIONS = """
 
 A card with a table `[calibration]` asks for a fit to files beside it, which `peel-opt run` and
 `peel-opt calibrate` do. What the files hold: [calibration.md](calibration.md). Its `title`, `note`, `source`,
-`[rod]`, `[sources]` and `[estimates]` are those of problem cards; numbers of the rod that are fitted are
-where the fit begins, and need no source.
+`[rod]`, `[scene]`, `[sources]` and `[estimates]` are those of problem cards; numbers of the rod and the
+scene that are fitted are where the fit begins, and need no source. A scene is fitted to pairs.
 """
 
 #: What stands over the keys of a table.
@@ -96,7 +96,7 @@ def page() -> str:
     begin = [HEAD, f"```toml\n{TEMPLATES['sheet'].text()}```\n", KINDS_OF_CARDS]
     kinds = [f"| `{name}` | {kind.about} |\n" for name, kind in TEMPLATES.items()]
     values = VALUES.format(set=", ".join(f"`{name}`" for name in SET))
-    common = {"title", "note", "source", "sources", "estimates", "rod"}
+    common = {"title", "note", "source", "sources", "estimates", "rod", "scene"}
     fits = _sections(CalibrationCard, but=common)
     return "".join([*begin, *kinds, values, *_sections(Card), CALIBRATIONS, *fits])
 

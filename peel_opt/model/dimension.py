@@ -7,6 +7,8 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
 if TYPE_CHECKING:
     from .rod import Rod
 
@@ -30,6 +32,12 @@ class Dimension:
     def size(self, rod: Rod) -> float:
         """Return T0^strength eta^length of a rod, in its own units."""
         return float(rod.adhesion_strength**self.strength * rod.eta**self.length)
+
+    @property
+    def powers(self) -> np.ndarray:
+        """Powers of k, T0 and y0 in T0^strength eta^length, shape (3,)."""
+        third = self.length / 3.0
+        return np.array([third, self.strength - third, 0.0])
 
     def unit_of(self, rod: Rod) -> str:
         """Return the name of the unit that a rod's numbers of this kind are in."""

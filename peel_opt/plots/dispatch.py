@@ -18,6 +18,7 @@ PICTURES = {
     "HysteresisLoop": "loop",
     "PressureLoop": "loop",
     "Calibration": "fit",
+    "SceneCalibration": "fit",
     "Sweep": "sweeps",
     "Propagated": "spread",
     "WorkPrecision": "work",

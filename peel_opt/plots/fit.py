@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..model.rod import UNITS
-from ..studies.calibrate.result import Calibration
+from ..studies.calibrate.result import Calibration, Fit
 from .axes import own_figure, require_axes
 from .dispatch import drawn_by
 from .mpl import finish
@@ -18,7 +18,7 @@ from .words import length_unit, pressure_unit, quantity
 BAND = 1.96
 
 
-def fit_figure(fit: Calibration) -> Figure:
+def fit_figure(fit: Fit) -> Figure:
     """Return a figure with the fit above its residuals; shapes stand beside."""
     shapes = any(o.points is not None for o in fit.observations)
     figure = own_figure(10.5 if shapes else 6.4, 6.0)
@@ -27,19 +27,19 @@ def fit_figure(fit: Calibration) -> Figure:
     if not any("measured" in (o.role("length"), o.role("pressure")) for o in fit.observations):
         columns[1, 0].clear()
         columns[1, 0].set_axis_off()
-    if shapes:
+    if isinstance(fit, Calibration) and shapes:
         plot_shapes(fit, columns[0, 1])
         _shape_residuals(fit, columns[1, 1])
     return figure
 
 
 @drawn_by.register
-def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
+def plot_fit(fit: Fit, ax: Axes | None = None, residuals: Axes | None = None) -> Axes:
     """Draw measured pressures against lengths and the fitted branch through them.
 
     Parameters
     ----------
-    fit : Calibration
+    fit : Fit
     ax, residuals : Axes, optional
         Of the fit and of its residuals; without both, those of a figure of their own.
 
@@ -48,8 +48,6 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     Axes
         Of the fit.
     """
-    from ..studies.calibrate.curve import band
-
     if ax is None:
         figure = own_figure(6.4, 6.0)
         ax, own = figure.subplots(2, 1, gridspec_kw={"height_ratios": [3, 1]})
@@ -66,7 +64,7 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
         for o, eq in zip(seen, fit.equilibria, strict=True)
     ]
     x, y = length_unit(fit.rod, max(lengths)), pressure_unit(fit.rod, max(pressures))
-    curve, normal_sd = band(fit)
+    curve, normal_sd = _band(fit)
     across = np.array([x.size, y.size])
     drawn = curve / across
     # The window: measurements and fitted states with room around, so that a far end of the branch
@@ -115,13 +113,27 @@ def plot_fit(fit: Calibration, ax: Axes | None = None, residuals: Axes | None = 
     return finish(ax)
 
 
-def _numbers(fit: Calibration) -> str:
+def _band(fit: Fit) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the fitted branch and the standard deviation across it."""
+    from ..studies.calibrate.curve import band
+    from ..studies.calibrate.scene_fit import SceneCalibration, scene_band
+
+    if isinstance(fit, SceneCalibration):
+        return scene_band(fit)
+    assert isinstance(fit, Calibration)
+    return band(fit)
+
+
+def _numbers(fit: Fit) -> str:
     """Estimates in a line, with prefixes."""
     symbols = dict(zip(UNITS, ("$k$", "$T_0$", "$y_0$"), strict=True))
-    return ",  ".join(
-        f"{symbols[name]} = {quantity(value, UNITS[name])} ± {100.0 * fit.relative_sd(name):.2g} %"
-        for name, value in fit.estimates.items()
-    )
+    words = []
+    for name, value in fit.estimates.items():
+        sd = fit.sd[name]
+        spread = f"{100.0 * sd / abs(value):.2g} %" if value else f"{sd:.2g} {fit.units[name]}".rstrip()
+        known = symbols.get(name, name.replace("_", " "))
+        words.append(f"{known} = {quantity(value, fit.units[name])} ± {spread}")
+    return ",  ".join(words)
 
 
 def _window(values: np.ndarray) -> tuple[float, float]:
@@ -129,7 +141,7 @@ def _window(values: np.ndarray) -> tuple[float, float]:
     return max(float(values.min()) - room, 0.0), float(values.max()) + room
 
 
-def _pair_residuals(fit: Calibration, ax: Axes, pressures: np.ndarray, label: str) -> None:
+def _pair_residuals(fit: Fit, ax: Axes, pressures: np.ndarray, label: str) -> None:
     """Residuals of lengths and pressures in standard deviations, against the pressure."""
     for column, marker, word in (("length", "D", "length"), ("pressure", "o", "pressure")):
         places, values = [], []
@@ -184,7 +196,7 @@ def plot_shapes(fit: Calibration, ax: Axes) -> Axes:
     return ax
 
 
-def _shape_residuals(fit: Calibration, ax: Axes) -> None:
+def _shape_residuals(fit: Fit, ax: Axes) -> None:
     """Distances of measured points from the fitted shapes, in standard deviations."""
     for o, r in zip(fit.observations, fit.residuals, strict=True):
         if o.points is not None:

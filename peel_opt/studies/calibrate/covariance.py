@@ -143,6 +143,15 @@ def loss(squares: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarr
     return 2.0 * squares / (1.0 + root), 1.0 / root  # without cancellation
 
 
+def robust_rows(squares: np.ndarray, delta: float) -> np.ndarray:
+    """Loss of each row and its derivatives, where what counts is the sum over the two rows of an item.
+
+    As `scipy.optimize.least_squares` takes it, of the squares of all residuals.
+    """
+    cost, weight = np.repeat(loss(squares.reshape(-1, 2).sum(axis=1), delta), 2, axis=1)
+    return np.stack([0.5 * cost, weight, -0.5 * weight**3 / delta**2])
+
+
 def _projected(one: Seen, free: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weigh by the curvature of the loss, project the own unknowns out; also weights and scores."""
     r, by_q, squares = one.r.reshape(-1, 2), one.by_q[:, free], squared(one.r)

@@ -5,21 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import overload
 
 import numpy as np
 
 from ...base.checks import positive
 from ...base.errors import InvalidInput, PeelOptError
 from ...equilibria.question import known_law
+from ...equilibria.scenes import plain_law, refuse_options
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.labels import OBSERVABLE, known_state
-from ...model.rod import MATERIAL, Rod, refuse_scene
+from ...model.rod import MATERIAL, Rod
+from ...model.scene import Scene
 from ...residual.meshes import FITTED
 from .chart import Chart
 from .covariance import singular
 from .data import Data, Observation, observations
 from .problem import Problem, watched
 from .result import Calibration
+from .scene_fit import SceneCalibration, fit_scene
 from .search import best
 from .start import coarse_rods
 from .words import RARE, combinations, far_points, warnings_of
@@ -37,39 +41,62 @@ ABOVE = 10.0
 MUCH_LESS = 0.2
 
 
+@overload
+def calibrate(
+    data: Data,
+    *,
+    free: Sequence[str] = ...,
+    rod: Scene,
+    state: str | None = ...,
+    loss: str = ...,
+    loss_scale: float = ...,
+    law: str | CohesiveLaw = ...,
+) -> Calibration | SceneCalibration: ...
+@overload
+def calibrate(
+    data: Data,
+    *,
+    free: Sequence[str] = ...,
+    rod: Rod | Mapping[str, float] | None = ...,
+    state: str | None = ...,
+    loss: str = ...,
+    loss_scale: float = ...,
+    law: str | CohesiveLaw = ...,
+) -> Calibration: ...
 def calibrate(
     data: Data,
     *,
     free: Sequence[str] = MATERIAL,
-    rod: Rod | Mapping[str, float] | None = None,
+    rod: Rod | Scene | Mapping[str, float] | None = None,
     state: str | None = None,
     loss: str = "least-squares",
     loss_scale: float = 1.5,
     law: str | CohesiveLaw = "auto",
-) -> Calibration:
-    """Fit material numbers to measurements, every observation with a state of its own.
+) -> Calibration | SceneCalibration:
+    """Fit material numbers, or those of a scene, to measurements, every observation with a state of its own.
 
     Parameters
     ----------
     data : Measurements, MeasuredShape, or a list of them
     free : sequence of str
-        Which of "bending_stiffness", "adhesion_strength" and "adhesion_range" to fit.
-    rod : Rod or mapping of str to float, optional
-        The numbers that are known, in SI units, and of a `Rod` also where to start.  Needed
-        unless all three are free.
+        Which of "bending_stiffness", "adhesion_strength" and "adhesion_range" to fit; of a scene also
+        any of its numbers, by the names that `solve` frees them by.
+    rod : Rod, Scene or mapping of str to float, optional
+        The numbers that are known, in SI units, and of a `Rod` or a `Scene` also where to start.  Needed
+        unless all three are free.  A scene is fitted to pairs of length and pressure.
     state : {"unfolded", "middle", "lower", "folded"}, optional
-        Of all measurements that do not say.
+        Of all measurements that do not say.  Those of a scene are lifted or unfolded by default.
     loss : {"least-squares", "pseudo-huber"}
         How much a residual costs: half its square, or ``loss_scale**2 (sqrt(1 + (r/loss_scale)^2) - 1)``,
         which lets outliers pull with a bounded force.
     loss_scale : float
         In standard deviations.
     law : {"auto", "cohesive", "linear"} or CohesiveLaw
-        Of the bond, with a traction that falls from u = 0 on; "auto" is law (8).
+        Of the bond, with a traction that falls from u = 0 on; "auto" is law (8).  A scene has its own.
 
     Returns
     -------
-    Calibration
+    Calibration or SceneCalibration
         Estimates, covariance, residuals, warnings; ``warnings`` says what the data cannot tell.
 
     Raises
@@ -95,16 +122,27 @@ def calibrate(
     >>> round(fit.rod.adhesion_strength)
     140000
     """
-    known_state(state, among=OBSERVABLE)
-    seen = [replace(o, state=o.state or state or "unfolded") for o in observations(data)]
-    mask = _mask(free)
-    known = _known(rod, mask)
+    scene = rod if isinstance(rod, Scene) else None
+    if scene is not None:
+        refuse_options(law=law)
+        if scene.is_plain:
+            rod, law, scene = scene.rod, plain_law(scene), None
+    known_state(state, among=OBSERVABLE if scene is None else ("lifted", *OBSERVABLE))
     if loss not in LOSSES:
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
     scale = positive("loss_scale", loss_scale)
     delta = scale if loss == "pseudo-huber" else None
+    if scene is not None:
+        several = _names(free)
+        seen = [replace(o, state=o.state or state) for o in observations(data)]
+        _require_enough(seen, len(several))
+        return fit_scene(scene, seen, several, delta)
+    assert not isinstance(rod, Scene)
+    seen = [replace(o, state=o.state or state or "unfolded") for o in observations(data)]
+    mask = _mask(free)
+    known = _known(rod, mask)
     chart = Chart(known_law(law) or COHESIVE, FITTED[0].nodes)
-    _require_enough(seen, mask)
+    _require_enough(seen, int(mask.sum()))
     _require_reach(seen, known)
     empty = Problem(seen, mask, delta, chart)
     with watched(empty) as problem:
@@ -175,22 +213,27 @@ def _contradictions(fit: Calibration, known: Mapping[str, float]) -> tuple[str, 
     return tuple(words for i, words in far_points(robust).items() if i not in said)
 
 
-def _mask(free: Sequence[str]) -> np.ndarray:
+def _names(free: Sequence[str]) -> list[str]:
+    """Return the names of the free numbers, each once."""
     if not isinstance(free, Iterable):
         raise InvalidInput(f"free must be a list of names, got {free!r}.")
-    names = [free] if isinstance(free, str) else list(free)
+    names = [free] if isinstance(free, str) else list(dict.fromkeys(free))
+    if not names:
+        raise InvalidInput("nothing is free.", remedy=f"Name some of {', '.join(MATERIAL)} in free=.")
+    return names
+
+
+def _mask(free: Sequence[str]) -> np.ndarray:
+    names = _names(free)
     if unknown := [name for name in names if name not in MATERIAL]:
         raise InvalidInput(
             f"unknown free number {unknown[0]!r}.", remedy=f"Choose among {', '.join(MATERIAL)}."
         )
-    if not names:
-        raise InvalidInput("nothing is free.", remedy=f"Name some of {', '.join(MATERIAL)} in free=.")
     return np.array([name in names for name in MATERIAL])
 
 
 def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str, float]:
     """Return the numbers that are not free."""
-    refuse_scene(rod)
     if rod is not None and not isinstance(rod, (Rod, Mapping)):
         raise InvalidInput(f"rod must be a Rod or a mapping of known numbers, got {rod!r}.")
     if isinstance(rod, Rod):
@@ -211,8 +254,8 @@ def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str,
     return known
 
 
-def _require_enough(seen: Sequence[Observation], mask: np.ndarray) -> None:
-    have, need = sum(o.degrees for o in seen), int(mask.sum())
+def _require_enough(seen: Sequence[Observation], need: int) -> None:
+    have = sum(o.degrees for o in seen)
     if have < need:
         raise InvalidInput(
             f"{have} independent data cannot determine {need} free numbers.",

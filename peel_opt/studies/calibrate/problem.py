@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ...base.errors import NotConverged
 from ...base.progress import progress
 from ...model.rod import RATIOS, Rod
 from .chart import Chart, ChartStates
-from .covariance import LinearModel, Seen, loss, squared
+from .covariance import LinearModel, Seen, loss, robust_rows, squared
 from .data import Observation
 from .pairs import GROUPS, Pairs, scales
 from .shapes import SeenShape, best_picture
@@ -208,7 +208,7 @@ class Problem:
             jacobian,
             bounds=(low, high),
             x_scale="jac",
-            loss="linear" if self.delta is None else self._robust,
+            loss="linear" if self.delta is None else partial(robust_rows, delta=self.delta),
             ftol=TOLERANCE,
             xtol=TOLERANCE,
             gtol=1e-15,
@@ -237,12 +237,6 @@ class Problem:
 
     def _cost(self, r: np.ndarray) -> float:
         return float(loss(squared(r), self.delta)[0].sum())
-
-    def _robust(self, squares: np.ndarray) -> np.ndarray:
-        """Loss of each row and its derivatives, where what counts is the sum over the two rows of an item."""
-        assert self.delta is not None
-        cost, weight = np.repeat(loss(squares.reshape(-1, 2).sum(axis=1), self.delta), 2, axis=1)
-        return np.stack([0.5 * cost, weight, -0.5 * weight**3 / self.delta**2])
 
 
 @contextmanager

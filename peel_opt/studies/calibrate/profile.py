@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from .problem import Fitted, watched
 from .search import BETTER
 
 if TYPE_CHECKING:
-    from .result import Calibration
+    from .result import Calibration, Fit
 
 #: Furthest end of an interval, as a logarithm: a factor 10^4.
 FURTHEST = math.log(1e4)
@@ -96,20 +97,7 @@ def profile(fit: Calibration, index: int, points: int, width: float) -> Likeliho
 
 def interval(fit: Calibration, index: int, level: float, method: str | None) -> tuple[float, float]:
     """Return an interval of confidence, see `Calibration.interval`."""
-    from scipy.special import ndtri, stdtrit
-
-    require_level(level)
-    if method not in (None, "profile", "covariance"):
-        raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
-    # A robust loss is no likelihood.
-    robust = fit.loss != "least-squares"
-    if robust and method == "profile":
-        raise InvalidInput("a robust loss has no likelihood to profile.", remedy="Use method='covariance'.")
-    z = float(ndtri(0.5 + 0.5 * level))
-    if robust:
-        # Its covariance comes from the residuals themselves: few of them tell it badly.
-        z = float(stdtrit(fit.degrees, 0.5 + 0.5 * level)) if fit.degrees else math.inf
-    name = fit.free[index]
+    z, robust, name = quantile(fit, level, method), fit.loss != "least-squares", fit.free[index]
     estimate, spread = fit.estimates[name], fit.relative_sd(name)
     if robust or method == "covariance" or fit.fitted.held:
         if not math.isfinite(spread * z):
@@ -120,6 +108,28 @@ def interval(fit: Calibration, index: int, level: float, method: str | None) -> 
         ends = [_end(seen, index, side, z) for side in (-1.0, 1.0)]
     low, high = (estimate * math.exp(end) if end is not None else None for end in ends)
     return (0.0 if low is None else low), (math.inf if high is None else high)
+
+
+def quantile(fit: Fit, level: float, method: str | None) -> float:
+    """Return how many standard deviations wide each side of an interval is.
+
+    Raises
+    ------
+    InvalidInput
+        If level or method cannot be meant.
+    """
+    from scipy.special import ndtri, stdtrit
+
+    require_level(level)
+    if method not in (None, "profile", "covariance"):
+        raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
+    if fit.loss == "least-squares":
+        return float(ndtri(0.5 + 0.5 * level))
+    # A robust loss is no likelihood.
+    if method == "profile":
+        raise InvalidInput("a robust loss has no likelihood to profile.", remedy="Use method='covariance'.")
+    # Its covariance comes from the residuals themselves: few of them tell it badly.
+    return float(stdtrit(fit.degrees, 0.5 + 0.5 * level)) if fit.degrees else math.inf
 
 
 def require_level(level: float) -> None:
@@ -137,11 +147,8 @@ def require_level(level: float) -> None:
 def _end(fit: Calibration, index: int, side: float, target: float) -> float | None:
     """Distance in the logarithm at which the root of the increased deviance meets ``target``.
 
-    The root is nearly linear: bracketed by growing steps, it takes two or three fits.  None if the
-    likelihood does not fall so far within a factor 10^4.
+    None if the likelihood does not fall so far within a factor 10^4.
     """
-    from scipy.optimize import brentq
-
     place = MATERIAL.index(fit.free[index])
     spread = fit.relative_sd(fit.free[index])
     if not math.isfinite(spread):
@@ -157,14 +164,27 @@ def _end(fit: Calibration, index: int, side: float, target: float) -> float | No
             known[distance] = there, math.sqrt(max(there.deviance - fit.deviance, 0.0)) - target
         return known[distance][1]
 
-    inside, step = 0.0, min(target * spread, 0.5)
+    distance = met(left, target * spread, furthest)
+    if distance is None:
+        return None if furthest == FURTHEST else side * furthest
+    return side * distance
+
+
+def met(left: Callable[[float], float], first: float, furthest: float) -> float | None:
+    """Return the distance at which a nearly linear function comes up to zero; None if it does not.
+
+    Bracketed by growing steps, of which ``first`` is foretold, it takes two or three values.
+    """
+    from scipy.optimize import brentq
+
+    inside, step = 0.0, min(first, 0.5)
     while True:
         # A number with a limit is looked for up to just before it.
         outside = min(inside + step, NEARLY * furthest)
         if left(outside) >= 0.0:
-            return side * float(brentq(left, inside, outside, xtol=1e-300, rtol=FOUND))
+            return float(brentq(left, inside, outside, xtol=1e-300, rtol=FOUND))
         if outside >= NEARLY * furthest:
-            return None if furthest == FURTHEST else side * furthest
+            return None
         slope = (left(outside) - left(inside)) / (outside - inside)
         inside, step = outside, 2.0 * step + 0.5
         if slope > 1e-6:

@@ -7,34 +7,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.records import Column, Table
+from ...base.records import Column, Table, titled
 from ...model.rod import UNITS
 
 if TYPE_CHECKING:
-    from .result import Calibration
+    from .result import Fit
 
 #: Interval of a number, and what it is from.
 Intervals = dict[str, tuple[float, float, str]]
 
 
-def fit_record(
-    fit: Calibration, level: float | None = None, intervals: Intervals | None = None
-) -> dict[str, Any]:
+def fit_record(fit: Fit, level: float | None = None, intervals: Intervals | None = None) -> dict[str, Any]:
     """Return a fit as plain data, with units in the keys; with ``intervals`` of a ``level``, those too."""
     record: dict[str, Any] = {"status": "fitted", "free": list(fit.free)}
     for name, value in fit.estimates.items():
-        unit = UNITS[name]
-        record[f"{name} [{unit}]"] = value
-        record[f"{name}_sd [{unit}]"] = fit.sd[name]
+        unit = fit.units[name]
+        record[titled(name, unit)] = value
+        record[titled(f"{name}_sd", unit)] = fit.sd[name]
         if intervals is not None:
             *ends, how = intervals[name]
-            record[f"{name}_interval [{unit}]"] = ends
+            record[titled(f"{name}_interval", unit)] = ends
             record[f"{name}_interval_method"] = how
     if level is not None:
         record["level"] = level
     record |= {f"rod.{name} [{UNITS[name]}]": float(getattr(fit.rod, name)) for name in UNITS}
     record |= {
-        "log_covariance": fit.log_covariance.tolist(),
+        **fit.covariances(),
         "correlation": fit.correlation.tolist(),
         "chi2": fit.chi2,
         "deviance": fit.deviance,
@@ -43,7 +41,7 @@ def fit_record(
         "loss": fit.loss,
         "loss_scale": fit.loss_scale,
         "singular_values": fit.singular_values.tolist(),
-        "combinations": [str(c) for c in fit.combinations],
+        "combinations": fit.determined,
         "identifiable": fit.identifiable,
         "consistency": fit.consistency,
         "iterations": fit.iterations,
@@ -65,7 +63,7 @@ def fit_record(
     return record
 
 
-def fit_columns(fit: Calibration) -> Table:
+def fit_columns(fit: Fit) -> Table:
     """Return one row for each observation, under the numbers of the fit."""
     record = fit_record(fit)
     del record["observations"]

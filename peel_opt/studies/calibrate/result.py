@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, eq=False)
-class Calibration(Pictured, Tabled):
-    """A fit of material numbers to measurements.
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit(Pictured, Tabled):
+    """A fit to measurements, as far as it is the same for a rod and for a scene.
 
     Parameters
     ----------
@@ -35,16 +36,12 @@ class Calibration(Pictured, Tabled):
         With the fitted numbers.
     free : tuple of str
         The numbers that were fitted, in the order of the covariance.
-    log_covariance : ndarray, shape (free, free)
-        Of their logarithms.
     deviance : float
         Chi-square; with a robust loss, the sum of what the residuals cost.
     degrees : int
         Degrees of freedom: independent data less free numbers.
-    combinations : tuple of Combination
-        Products of powers of the free numbers that the data know independently, best first.
     singular_values : ndarray, shape (free,)
-        Of the weighted Jacobian in logarithms: 1/sd of those combinations, at length 1.
+        Of the weighted Jacobian in logarithms, or whatever the coordinates of the fit are.
     observations : tuple of Observation
     residuals : tuple of ndarray
         Of each observation, in standard deviations: length, pressure, then x and y of points.
@@ -64,10 +61,8 @@ class Calibration(Pictured, Tabled):
 
     rod: Rod
     free: tuple[str, ...]
-    log_covariance: np.ndarray
     deviance: float
     degrees: int
-    combinations: tuple[Combination, ...]
     singular_values: np.ndarray
     observations: tuple[Observation, ...]
     residuals: tuple[np.ndarray, ...]
@@ -77,16 +72,45 @@ class Calibration(Pictured, Tabled):
     loss: str
     loss_scale: float | None
     iterations: int
-    problem: Problem = field(repr=False)
-    fitted: Fitted = field(repr=False)
     warnings: tuple[str, ...] = ()
 
-    # --- numbers ------------------------------------------------------------------------
-
     @property
+    @abstractmethod
     def estimates(self) -> dict[str, float]:
         """The fitted numbers, in SI units."""
-        return {name: float(getattr(self.rod, name)) for name in self.free}
+
+    @property
+    @abstractmethod
+    def units(self) -> dict[str, str]:
+        """Their units."""
+
+    @property
+    @abstractmethod
+    def covariance(self) -> np.ndarray:
+        """Covariance in SI units, to first order, shape (free, free)."""
+
+    @property
+    @abstractmethod
+    def identifiable(self) -> bool:
+        """Whether the data determine every free number."""
+
+    @property
+    @abstractmethod
+    def has_profile(self) -> bool:
+        """Whether there is a likelihood with a maximum: a robust loss is none, and a flat one has none."""
+
+    @property
+    @abstractmethod
+    def determined(self) -> list[str]:
+        """What the data know of the free numbers, in words."""
+
+    @abstractmethod
+    def interval(self, name: str, *, level: float = 0.95, method: str | None = None) -> tuple[float, float]:
+        """Interval of confidence of a free number, in SI units."""
+
+    @abstractmethod
+    def covariances(self) -> dict[str, Any]:
+        """Return what the record has of covariances, plain data by name."""
 
     @property
     def chi2(self) -> float:
@@ -101,27 +125,16 @@ class Calibration(Pictured, Tabled):
     @property
     def sd(self) -> dict[str, float]:
         """Standard deviations, in SI units, to first order."""
-        return {name: value * self.relative_sd(name) for name, value in self.estimates.items()}
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """Covariance in SI units, to first order, shape (free, free)."""
-        values = np.array(list(self.estimates.values()))
-        return self.log_covariance * np.outer(values, values)
+        return dict(zip(self.free, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     @property
     def correlation(self) -> np.ndarray:
-        """Correlation of the logarithms, shape (free, free); nan where nothing is known."""
-        sd = np.sqrt(np.diag(self.log_covariance))
+        """Correlation of the free numbers, to first order, shape (free, free); nan where nothing is known."""
+        sd = np.sqrt(np.diag(self.covariance))
         with np.errstate(invalid="ignore"):
-            found = self.log_covariance / np.outer(sd, sd)
+            found: np.ndarray = self.covariance / np.outer(sd, sd)
         np.fill_diagonal(found, 1.0)
         return found
-
-    def relative_sd(self, name: str) -> float:
-        """Standard deviation of the logarithm of a free number."""
-        i = self._index(name)
-        return float(math.sqrt(self.log_covariance[i, i]))
 
     def _index(self, name: str) -> int:
         if name not in self.free:
@@ -129,16 +142,96 @@ class Calibration(Pictured, Tabled):
         return self.free.index(name)
 
     @property
-    def identifiable(self) -> bool:
-        """Whether the data determine every free number."""
-        return all(c.determined for c in self.combinations)
-
-    @property
     def largest(self) -> tuple[str, float]:
         """The observation with the largest residual, and that in standard deviations."""
         sizes = [float(np.abs(r).max(initial=0.0)) for r in self.residuals]
         worst = int(np.argmax(sizes))
         return self.observations[worst].name, sizes[worst]
+
+    # --- out ------------------------------------------------------------------------------
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        residuals: Axes | None = None,
+        *,
+        legend: bool = True,
+        title: str | None = None,
+    ) -> Axes:
+        """Draw measurements, the fitted branch with its band, and residuals; return the axes."""
+        return draw(self, ax, residuals=residuals, legend=legend, title=title)
+
+    def summary(self) -> dict[str, Any]:
+        """All numbers as plain data, with units in the keys."""
+        return fit_record(self)
+
+    def _table(self) -> Table:
+        """Observations, fitted values and residuals, the numbers above them."""
+        return fit_columns(self)
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(
+            f"{name} = {value:.6g} +- {self.sd[name]:.2g} {self.units[name]}".rstrip()
+            for name, value in self.estimates.items()
+        )
+        text = (
+            f"{type(self).__name__}({numbers}; chi2 = {self.chi2:.4g} for {self.degrees} degrees of freedom,"
+            f" {len(self.observations)} observations, consistent to {self.consistency:.1e})"
+        )
+        return "\n".join([text, *(f"  warning: {warning}" for warning in self.warnings)])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Calibration(Fit):
+    """A fit of material numbers to measurements.
+
+    Parameters
+    ----------
+    rod, free, deviance, degrees, singular_values, observations, residuals, weights, equilibria, consistency
+        As in `Fit`.
+    loss, loss_scale, iterations, warnings
+        As in `Fit`.
+    log_covariance : ndarray, shape (free, free)
+        Of the logarithms of the free numbers.
+    combinations : tuple of Combination
+        Products of powers of the free numbers that the data know independently, best first.
+    """
+
+    log_covariance: np.ndarray
+    combinations: tuple[Combination, ...]
+    problem: Problem = field(repr=False)
+    fitted: Fitted = field(repr=False)
+
+    @property
+    def estimates(self) -> dict[str, float]:
+        """The fitted numbers, in SI units."""
+        return {name: float(getattr(self.rod, name)) for name in self.free}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Their units."""
+        return {name: UNITS[name] for name in self.free}
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance in SI units, to first order, shape (free, free)."""
+        values = np.array(list(self.estimates.values()))
+        return self.log_covariance * np.outer(values, values)
+
+    def relative_sd(self, name: str) -> float:
+        """Standard deviation of the logarithm of a free number."""
+        i = self._index(name)
+        return float(math.sqrt(self.log_covariance[i, i]))
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether the data determine every free number."""
+        return all(c.determined for c in self.combinations)
+
+    @property
+    def determined(self) -> list[str]:
+        """What the data know of the free numbers, in words."""
+        return [str(c) for c in self.combinations]
 
     @property
     def origins(self) -> tuple[float | None, ...]:
@@ -208,34 +301,6 @@ class Calibration(Pictured, Tabled):
         """
         return interval(self, self._index(name), level, method)
 
-    # --- out ------------------------------------------------------------------------------
-
-    def plot(
-        self,
-        ax: Axes | None = None,
-        residuals: Axes | None = None,
-        *,
-        legend: bool = True,
-        title: str | None = None,
-    ) -> Axes:
-        """Draw measurements, the fitted branch with its band, and residuals; return the axes."""
-        return draw(self, ax, residuals=residuals, legend=legend, title=title)
-
-    def summary(self) -> dict[str, Any]:
-        """All numbers as plain data, with units in the keys."""
-        return fit_record(self)
-
-    def _table(self) -> Table:
-        """Observations, fitted values and residuals, the numbers above them."""
-        return fit_columns(self)
-
-    def __repr__(self) -> str:
-        numbers = ", ".join(
-            f"{name} = {value:.6g} +- {self.sd[name]:.2g} {UNITS[name]}"
-            for name, value in self.estimates.items()
-        )
-        text = (
-            f"Calibration({numbers}; chi2 = {self.chi2:.4g} for {self.degrees} degrees of freedom,"
-            f" {len(self.observations)} observations, consistent to {self.consistency:.1e})"
-        )
-        return "\n".join([text, *(f"  warning: {warning}" for warning in self.warnings)])
+    def covariances(self) -> dict[str, Any]:
+        """Return what the record has of covariances, plain data by name."""
+        return {"log_covariance": self.log_covariance.tolist()}

@@ -18,7 +18,7 @@ from .curve import fitted_curve
 from .pairs import Pairs, scales
 
 if TYPE_CHECKING:
-    from .result import Calibration
+    from .result import Calibration, Fit
 
 SYMBOLS = ("k", "T0", "y0")
 
@@ -169,7 +169,7 @@ def warnings_of(fit: Calibration) -> tuple[str, ...]:
     if fit.fitted.held:
         found.append("what the data do not determine was held near the start of the fit.")
     found += _tips(fit)
-    found += [_goodness(fit), *_states(fit), *far_points(fit).values()]
+    found += [goodness(fit), *_states(fit), *far_points(fit).values()]
     curved = [name for name in fit.free if CURVED < fit.relative_sd(name) < np.inf]
     if curved and not found[0]:
         found.append(
@@ -189,7 +189,8 @@ def _tips(fit: Calibration) -> list[str]:
     ]
 
 
-def _goodness(fit: Calibration) -> str:
+def goodness(fit: Fit) -> str:
+    """Return what chi-square says of the model and the standard deviations; empty if nothing is wrong."""
     if fit.degrees == 0:
         return "there are as many data as free numbers: nothing tells whether the model holds."
     if fit.loss != "least-squares":
