@@ -90,7 +90,25 @@ class Basis:
     def reaching(self, lengths: np.ndarray) -> np.ndarray:
         """Return the integrals from each point to the front, (points, points), for lengths of the phases."""
         points = self.outward.shape[1]
-        return np.asarray((lengths @ self.outward.reshape(self.count, -1)).reshape(points, points))
+        flat = lengths @ self.outward.reshape(self.count, -1)
+        return np.asarray(flat.reshape(*lengths.shape[:-1], points, points))
+
+    def per_length(self, values: np.ndarray) -> np.ndarray:
+        """Return `outward` of values at the points, (points, count)."""
+        flat = values @ self._rows.T
+        return np.swapaxes(flat.reshape(*values.shape[:-1], self.count, -1), -1, -2)
+
+    def from_lengths(self, forces: np.ndarray) -> np.ndarray:
+        """Return the transpose of `outward` of forces at the points, (count, points)."""
+        return np.asarray((forces @ self._columns).reshape(*forces.shape[:-1], self.count, -1))
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        return self.outward.reshape(-1, self.outward.shape[2])
+
+    @cached_property
+    def _columns(self) -> np.ndarray:
+        return np.swapaxes(self.outward, 0, 1).reshape(self.outward.shape[1], -1)
 
     @cached_property
     def whole(self) -> np.ndarray:
@@ -102,6 +120,11 @@ class Basis:
         """int theta_xi theta_xi of each phase, (count, size, size)."""
         slope = self.tables[1]
         return np.array([slope.T @ (weights[:, None] * slope) for weights in self.whole])
+
+    def bent(self, fields: np.ndarray) -> np.ndarray:
+        """Return `bending` of coefficients, (count, size)."""
+        flat = fields @ self.bending.reshape(-1, self.size).T
+        return np.asarray(flat.reshape(*fields.shape[:-1], self.count, -1))
 
 
 @lru_cache(maxsize=64)

@@ -20,8 +20,8 @@ DEGREE, POINTS = 30, 1201
 #: Share of its angle, or of a radian, by which the tip is turned to begin with: the rest is its square.
 NUDGE = 1e-4
 
-#: Newton corrections of the state, and what is left of it.
-MOST_CORRECTIONS, SETTLED = 12, 1e-11
+#: Newton corrections of the state, what is left of it, and of what rounding moves, close to T0 above all.
+MOST_CORRECTIONS, SETTLED, ROUNDED = 12, 1e-11, 1e-7
 
 #: Rates above this, over the unit of time, are those of the mesh; no state leaves its place so fast.
 FASTEST = 1e3
@@ -80,12 +80,15 @@ def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
     """Return an equilibrium as one of the moving rod."""
     s, still = eq.shape.xi * eq.length_ratio, np.zeros
     flap, u, _ = laid_out(setting, DEGREE, eq.length_ratio, CubicSpline(s, eq.shape.theta))
+    last = np.inf
     for _ in range(MOST_CORRECTIONS):
         at = flap.balance(u, still(flap.size), still(flap.size))
         change = np.linalg.solve(at.by_state, -at.residual)
         u = u + change
-        if np.abs(flap.felt(change)).max() < SETTLED:
+        size = float(np.abs(flap.felt(change)).max())
+        if size < SETTLED or 0.5 * last < size < ROUNDED:
             return flap, u
+        last = size
     raise NotConverged("the unstable state could not be solved again as one of a moving rod.")
 
 

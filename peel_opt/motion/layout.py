@@ -71,12 +71,13 @@ class Excess(NamedTuple):
 def excess(flap: Flap, u: np.ndarray) -> Excess:
     """Return by how much heights pass the kinks of their phases, and a phase is too short or too long.
 
-    ``sunk`` is how far the lowest point between tip and front is below the plate, `NEAR` where none is near.
+    ``sunk`` is how far the tip is below the plate, or the lowest point between it and the front.
     """
     kinks = np.array([-np.inf, *flap.setting.law.kinks, np.inf]) / flap.setting.ratio
     many = LOOKED * flap.basis.degree
-    beyond, sunk = [-np.inf], NEAR
-    for j, phase in enumerate(flap.outline(u, many)):
+    outline = flap.outline(u, many)
+    beyond, sunk = [-np.inf], -outline[0, 0, 3]
+    for j, phase in enumerate(outline):
         low, high = kinks[flap.phases[j] : flap.phases[j] + 2]
         heights = phase[:, 3]
         if j == 0:  # the tip leaves first

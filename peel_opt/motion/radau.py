@@ -31,6 +31,10 @@ GROWTH, SHRINKAGE, SAFETY = 2.0, 0.25, 0.85
 #: the derivatives are taken anew, and the correction from which a step is tried shorter.
 CONVERGED, SLOW, FARTHEST = 0.01, 0.2, 3.0
 
+#: Ratio of two corrections, the second by new derivatives, and the largest of them, from which on all that is
+#: left may be rounding, and how much more than that the interpolant may be in error.
+STAYS, ROUNDED, ABOVE = 2.0, 1e-7, 4.0
+
 #: What a coefficient that vanishes is taken for.
 TINY = 1e-30
 
@@ -59,7 +63,7 @@ class Linearisation(Protocol):
 
 
 class System(Protocol):
-    """What is integrated."""
+    """What is integrated: all stages of a step together, (stages, n)."""
 
     def residual(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
         """R(u, u', u'')."""
@@ -131,13 +135,17 @@ def tableau(stages: int) -> RadauTableau:
 
 
 class Step(NamedTuple):
-    """One step: its times, unknowns and rates at the start and at the stages, (stages + 1, n)."""
+    """One step: its times, unknowns and rates at the start and at the stages, (stages + 1, n).
+
+    With the error of its interpolant, and what rounding leaves of its equations where that shows.
+    """
 
     start: float
     length: float
     u: np.ndarray
     z: np.ndarray
     error: float
+    rounding: float
 
     @property
     def stop(self) -> float:
@@ -185,8 +193,9 @@ class Integrator:
                 h *= SHRINKAGE
                 continue
             power = 1.0 / (self.stages + 1)
-            factor = SAFETY * (self.tol / max(taken.error, TINY)) ** power
-            if taken.error <= self.tol:
+            tol = max(self.tol, ABOVE * taken.rounding)
+            factor = SAFETY * (tol / max(taken.error, TINY)) ** power
+            if taken.error <= tol:
                 if before is not None:  # where steps get shorter they go on to
                     trend = h / before.length * (before.error / max(taken.error, TINY)) ** power
                     factor *= min(trend, 1.0)
@@ -198,28 +207,29 @@ class Integrator:
         """Return one step of a length, or None if its equations were not solved."""
         rule = tableau(self.stages)
         D = rule.differences / h
-        stages = np.tile(u, (self.stages, 1)) if before is None else before.at(t + h * rule.nodes[1:])[0]
+        stages = u + h * rule.nodes[1:, None] * z if before is None else before.at(t + h * rule.nodes[1:])[0]
         rates, seconds = self._rates(D, u, z, stages)
-        factors, last = None, np.inf
+        factors, last, rounding, was_fresh = None, np.inf, 0.0, False
         for _ in range(MOST_CORRECTIONS):
             fresh = factors is None
             if factors is None:
                 residual, factors = self._linearised(D, stages, rates, seconds)
             else:
-                residual = np.array(
-                    [self.system.residual(*v) for v in zip(stages, rates, seconds, strict=True)]
-                )
+                residual = self.system.residual(stages, rates, seconds)
             change = lu_solve(factors, -residual.ravel(), check_finite=False).reshape(stages.shape)
             stages = stages + change
             rates, seconds = self._rates(D, u, z, stages)
             size = float(np.abs(self.system.felt(change)).max())
-            if size <= CONVERGED * self.tol or (fresh and SLOW * last < size <= self.tol):
-                break  # or all that is left is rounding
-            if not size < FARTHEST:
+            if size <= CONVERGED * self.tol:
+                break
+            if fresh and SLOW * last < size < min(STAYS * last, ROUNDED):
+                rounding = size
+                break
+            if not size < FARTHEST or (fresh and was_fresh and size > last):
                 return None
             # The front hangs on a small difference: where the derivatives are old it converges slowly.
             factors = factors if size < SLOW * last or last == np.inf else None
-            last = size
+            last, was_fresh = size, fresh
         else:
             return None
         whole = np.vstack([u, stages])
@@ -227,21 +237,20 @@ class Integrator:
         # The interpolant lacks the next coefficient, which the last two foretell.
         error = float(series[-1] * min(1.0, series[-1] / max(series[-2], TINY)))
         start = z if self.mass else rule.at_start @ whole / h
-        return Step(t, h, whole, np.vstack([start, rates]), error)
+        return Step(t, h, whole, np.vstack([start, rates]), error, rounding)
 
     def _linearised(
         self, D: np.ndarray, stages: np.ndarray, rates: np.ndarray, seconds: np.ndarray
     ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
         """Return the residual at the stages and the factors of its derivative by all of them."""
-        at = [self.system.balance(*v) for v in zip(stages, rates, seconds, strict=True)]
-        whole = np.einsum("ij,ikl->ikjl", D, np.array([b.by_rate for b in at]))
+        at = self.system.balance(stages, rates, seconds)
+        whole = D[:, None, :, None] * at.by_rate[:, :, None, :]
         if self.mass:
-            whole += np.einsum("ij,ikl->ikjl", D @ D, np.array([b.by_second for b in at]))
-        for i, b in enumerate(at):
-            whole[i, :, i, :] += b.by_state
-        return np.array([b.residual for b in at]), lu_factor(
-            whole.reshape(stages.size, -1), check_finite=False
-        )
+            whole += (D @ D)[:, None, :, None] * at.by_second[:, :, None, :]
+        own = np.arange(self.stages)
+        whole[own, :, own, :] += at.by_state
+        factors = lu_factor(whole.reshape(stages.size, -1), overwrite_a=True, check_finite=False)
+        return at.residual, factors
 
     def _rates(
         self, D: np.ndarray, u: np.ndarray, z: np.ndarray, stages: np.ndarray

@@ -270,6 +270,8 @@ def _meshed(run: Callable[..., Track], told: Told) -> tuple[Track, float, float]
 def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
     """Run at one resolution after another until two agree; return the finer run and what they differ by.
 
+    They need not agree to more digits than a mesh has where one is to go on.
+
     Raises
     ------
     NotConverged
@@ -288,7 +290,8 @@ def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tup
         if coarse is not None:
             error, time_error = _errors(coarse, run)
             missed = max(error, float(np.abs(run.identity).max()))
-            if missed <= GOOD or (last and missed <= USABLE):
+            goes_on = run.outcome == "contact" and not (until.contact or setting.mass)
+            if missed <= (MESHED if goes_on else GOOD) or (last and missed <= USABLE):
                 return run, error, time_error
         coarse = run
     raise NotConverged(

@@ -61,14 +61,19 @@ CLOSED = 0.2
 class _Log:
     """What a run has been through so far."""
 
-    rows: list[tuple[float, Reading, np.ndarray, float, float]] = field(default_factory=list)
+    times: list[np.ndarray] = field(default_factory=list)
+    readings: list[np.ndarray] = field(default_factory=list)
+    shapes: list[np.ndarray] = field(default_factory=list)
     events: list[Happening] = field(default_factory=list)
-    work: float = 0.0
-    drag: float = 0.0
+    spent: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
-    def store(self, t: float, reading: Reading, shape: np.ndarray, work: float, drag: float) -> None:
-        """Keep one state."""
-        self.rows.append((t, reading, shape, self.work + work, self.drag + drag))
+    def store(self, t: np.ndarray, reading: Reading, shapes: np.ndarray, spent: np.ndarray) -> None:
+        """Keep states, with the work and the drag since the last that were kept."""
+        self.times.append(t)
+        numbers = (reading.front, *reading.tip, *reading[2:-1], *(self.spent + spent).T)  # but the speed
+        self.readings.append(np.stack(numbers, axis=-1))
+        self.shapes.append(shapes)
+        self.spent = self.spent + spent[-1]
 
     def name(self, kind: str, t: float, front: float, tip: TipPath) -> None:
         """Keep a moment with a name."""
@@ -83,8 +88,8 @@ def track(
     flap, u, z = laid_out(setting, degree, float(start.s[-1]), *through(start))
     t, (_, u, z) = start.t, _relaxed(flap, start.t, u, z, tol)
     h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
-    _keep(log, flap, t, u, z if setting.mass else flap.rate(u))
-    log.name("start", t, log.rows[0][1].front, flap.tip(u))
+    _keep(log, flap, np.array([t]), u[None], z[None], np.zeros((1, 2)))
+    log.name("start", t, float(u[flap.lengths].sum()), flap.tip(u))
     times = deque([t], maxlen=STALLED)
     for _ in range(MOST_STEPS):
         system = Integrator(flap, bool(setting.mass), tol)
@@ -96,32 +101,33 @@ def track(
             if taken is None:
                 raise NotConverged(f"the motion could not be carried on to t = {when:.6g}, where: {kind}.")
             step = taken
-        _record(log, flap, step, setting)
+        reading = _record(log, flap, step)
         t, u, z, before = step.stop, step.u[-1], step.z[-1], step
         times.append(t)
         if told is not None:
             told(t)
-        reading = log.rows[-1][1]
-        if abs(reading.identity) > LOST or (len(times) == STALLED and t - times[0] < PASSED):
+        front, tip = float(reading.front[-1]), flap.tip(u)
+        if np.abs(reading.identity).max() > LOST or (len(times) == STALLED and t - times[0] < PASSED):
             raise NotConverged(
-                f"from t = {t:.6g}, sbar/eta = {reading.front:.6g} on the moving rod is not resolved.",
+                f"from t = {t:.6g}, sbar/eta = {front:.6g} on the moving rod is not resolved.",
                 remedy="Give a rod_length or a time at which to stop before, or a lower pressure.",
             )
         kind = "" if ending is None else ending[0]
         if kind == "phases":
+            visited = flap.phases
             flap, u, z = _in_new_phases(flap, u, z, degree)
             t, u, z = _relaxed(flap, t, u, z, tol)
-            h, before = AFTER, None
+            h, before = step.length if flap.phases == visited else min(AFTER, step.length), None
             continue
-        if not kind and reading.speed < REST and until.arrest:
+        if not kind and reading.speed[-1] < REST and until.arrest:
             kind = "arrest"
         if not kind and until.arrest and goes_round(log.events):
             kind = "cycle"
         if not kind and t >= until.time:
             kind = "time"
         if kind:
-            log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, reading.front, reading.tip)
-            return _finished(log, flap, u, z, _outcome(kind, reading.tip, float(first)))
+            log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, front, tip)
+            return _finished(log, flap, u, z, _outcome(kind, tip, float(first)))
     raise NotConverged(
         f"{MOST_STEPS} steps came to no end, at t = {t:.6g}.", remedy="Ask for a time, or with drag."
     )
@@ -183,24 +189,20 @@ def goes_round(events: list[Happening]) -> bool:
 def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:
     """Return what first ends the smooth motion within a step, and when."""
 
-    def sunk(u: np.ndarray) -> float:
-        return max(-float(flap.tip(u).y), excess(flap, u).sunk)
+    def beyond(u: np.ndarray) -> dict[str, float]:
+        """By how much, for everything that ends it: a run is there where one gets positive."""
+        length, found = float(u[flap.lengths].sum()), excess(flap, u)
+        ends = {"contact": found.sunk, "closes": CLOSED - length, "end of rod": length - setting.length}
+        return ends | ({"phases": found.most} if setting.law.kinks else {})
 
-    signs: dict[str, Callable[[np.ndarray], float]] = {
-        "contact": sunk,
-        "closes": lambda u: CLOSED - float(u[flap.lengths].sum()),
-        "end of rod": lambda u: float(u[flap.lengths].sum()) - setting.length,
-    }
-    if setting.law.kinks:
-        signs["phases"] = lambda u: excess(flap, u).most
     times = step.start + step.length * np.append(0.0, BETWEEN)
-    states = step.at(times)[0]
+    looks = [beyond(u) for u in step.at(times)[0]]
     found = []
-    for kind, sign in signs.items():
-        values = [sign(u) for u in states]
-        turns = (i for i in range(len(BETWEEN)) if values[i] <= 0.0 < values[i + 1])
+    for kind in looks[0]:
+        turns = (i for i in range(len(BETWEEN)) if looks[i][kind] <= 0.0 < looks[i + 1][kind])
         if (i := next(turns, None)) is not None:
-            found.append((_vanishing(step, sign, times[i], times[i + 1]), kind))
+            when = _vanishing(step, lambda u, kind=kind: beyond(u)[kind], times[i], times[i + 1])  # type: ignore[misc]
+            found.append((when, kind))
     if not found:
         return None
     when, kind = min(found)
@@ -212,53 +214,48 @@ def _vanishing(step: Step, sign: Callable[[np.ndarray], float], early: float, la
     return float(brentq(lambda t: sign(step.at(np.array([t]))[0][0]), early, late, xtol=1e-13))
 
 
-def _record(log: _Log, flap: Flap, step: Step, setting: Setting) -> None:
+def _record(log: _Log, flap: Flap, step: Step) -> Reading:
     """Keep the states within a step and at its end, and the angles that its tip passes."""
     rule = tableau(len(step.u) - 1)
-    powers = np.array([flap.powers(u, z) for u, z in zip(step.u[1:], step.z[1:], strict=True)])
-    spent = step.length * rule.integrals(BETWEEN) @ powers
+    spent = step.length * rule.integrals(BETWEEN) @ flap.powers(step.u[1:], step.z[1:])
     times = step.start + step.length * BETWEEN
-    for t, u, z, (work, drag) in zip(times, *step.at(times), spent, strict=True):
-        _keep(log, flap, float(t), u, z if setting.mass else flap.rate(u), work, drag)
-    log.work, log.drag = log.work + spent[-1, 0], log.drag + spent[-1, 1]
+    states = step.at(np.append(step.start, times))
+    last = _keep(log, flap, times, states[0][1:], states[1][1:], spent)
 
-    times = np.append(step.start, times)
-    angles = step.at(times)[0][:, 0]
-    for (early, before), (late, after) in pairwise(zip(times, angles, strict=True)):
+    angles = states[0][:, 0]
+    for (early, before), (late, after) in pairwise(zip(np.append(step.start, times), angles, strict=True)):
         low, high = sorted((before, after))
         for passed in ANGLES * np.arange(math.ceil(low / ANGLES), math.floor(high / ANGLES) + 1):
             if before != passed:
                 t = _vanishing(step, lambda u, passed=passed: float(u[0] - passed), early, late)  # type: ignore[misc]
                 u = step.at(np.array([t]))[0][0]
                 log.name("angle", t, float(u[flap.lengths].sum()), flap.tip(u))
+    return last
 
 
-def _keep(
-    log: _Log, flap: Flap, t: float, u: np.ndarray, z: np.ndarray, work: float = 0.0, drag: float = 0.0
-) -> None:
-    reading = flap.read(u, z)
-    log.store(t, reading, along(flap, u)(FRACTIONS * reading.front)[:, :3], work, drag)
+def _keep(log: _Log, flap: Flap, t: np.ndarray, u: np.ndarray, z: np.ndarray, spent: np.ndarray) -> Reading:
+    """Keep states, and return what they hold."""
+    reading = flap.read(u, z if flap.setting.mass else flap.rate(u))
+    shapes = [along(flap, one)(FRACTIONS * front)[:, :3] for one, front in zip(u, reading.front, strict=True)]
+    log.store(t, reading, np.array(shapes), spent)
+    return reading
 
 
 def _finished(log: _Log, flap: Flap, u: np.ndarray, z: np.ndarray, outcome: str) -> Track:
-    t, readings, shapes, work, drag = zip(*log.rows, strict=True)
-    theta, x, y = np.moveaxis(np.array(shapes), -1, 0)
+    theta, x, y = np.moveaxis(np.concatenate(log.shapes), -1, 0)
     # The tip is the tip: its rounding is that of a number, and not of an interpolation.
-    tips = TipPath(*np.array([reading.tip for reading in readings]).T)
-    kinetic, bending, separation = np.array([(r.kinetic, r.bending, r.separation) for r in readings]).T
-    energy = Ledger(kinetic, bending, separation, np.array(work), np.array(drag), np.zeros(len(t)))
-    front = np.array([reading.front for reading in readings])
+    front, *tip, kinetic, bending, separation, identity, work, drag = np.concatenate(log.readings).T
     return Track(
-        t=np.array(t),
+        t=np.concatenate(log.times),
         front=front,
-        tip=tips,
+        tip=TipPath(*tip),
         fraction=FRACTIONS,
         x=x,
         y=y,
         theta=theta,
         spin=along(flap, u, z)(FRACTIONS * front[-1])[:, 3],
-        energy=energy,
-        identity=np.array([reading.identity for reading in readings]),
+        energy=Ledger(kinetic, bending, separation, work, drag, np.zeros_like(work)),
+        identity=identity,
         events=tuple(log.events),
         outcome=outcome,
     )
