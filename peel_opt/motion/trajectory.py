@@ -273,7 +273,8 @@ class Snap(Pictured, Stored):
 
     @cached_property
     def _between(self) -> list[Any]:
-        return [PchipInterpolator(self.t, values) for values in (self.front, self.x, self.y, self.theta)]
+        with np.errstate(over="ignore"):  # of one over a slope, where nothing moves
+            return [PchipInterpolator(self.t, values) for values in (self.front, self.x, self.y, self.theta)]
 
     def film(self, path: str | Path, *, frames: int = 60, fps: int = 25, progress: Progress = None) -> Path:
         """Write a film of the rod, with front, tip and ledger beside it.

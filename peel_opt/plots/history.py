@@ -10,7 +10,8 @@ from ..motion.history import History
 from . import style
 from .axes import axes_or, own_axes, own_figure, require_axes
 from .dispatch import drawn_by
-from .motion import PARTS, bracketed, energy_unit, plot_equilibria
+from .motion import plot_equilibria
+from .motion_panels import LOST, bracketed, energy_unit
 from .mpl import finish
 from .words import length_unit, pressure_unit, time_unit
 
@@ -76,8 +77,8 @@ def plot_spent(run: History, ax: Axes | None = None) -> Axes:
     """
     ax = axes_or(ax, own_axes(6.0, 3.8))
     energies, below = energy_unit(run), np.zeros(len(run))
-    for name in ("drag", "bond_loss"):
-        label, colour = PARTS[name]
+    for name, (look, _, label) in LOST.items():
+        colour = style.STROKES[look].colour
         taken = getattr(run.energy, name)
         above = below + (taken - taken[0]) / energies.size
         ax.fill_between(_along(run, ax), below, above, color=colour, alpha=0.5, linewidth=0.0, label=label)

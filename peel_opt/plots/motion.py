@@ -1,4 +1,4 @@
-"""Motions: front and tip against time, the ledger of energies, shapes, the orbit in the diagram, films."""
+"""Motions on paper: front and tip against time, the ledger of energies, shapes, the orbit, films."""
 
 from __future__ import annotations
 
@@ -21,19 +21,16 @@ from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..equilibria.branch import Branch, require_branch
 from ..model.rod import Rod
-from ..motion.history import History
 from ..motion.trajectory import Snap
 from . import style
 from .axes import axes_or, own_axes
 from .dispatch import drawn_by
-from .mpl import finish
-from .words import AxisUnit, length_unit, prefixed, pressure_unit, quantity, time_unit
+from .motion_panels import MotionPanels, seen
+from .mpl import draw_panel, finish
+from .words import AxisUnit, length_unit, pressure_unit
 
 if TYPE_CHECKING:
     from matplotlib.animation import AbstractMovieWriter
-
-#: Change of the tip angle [rad] by which a motion has begun, and to which it is over, on a picture.
-SEEN = 0.02
 
 #: What a film is written by, by the suffix of its file.
 FILMS = (".gif", ".html", ".mp4")
@@ -43,25 +40,6 @@ FLAT = 0.15
 
 #: Dots per inch of a film.
 DPI = 100.0
-
-#: The parts of the ledger, in words and colours.
-PARTS = {
-    "work": ("work of the pressure", style.PRESSURE),
-    "drag": ("lost to drag", style.PLATE),
-    "bond_loss": ("lost to the bond", style.WARNING),
-    "kinetic": ("kinetic", style.HERE),
-    "bending": ("bending", style.ROD),
-    "separation": ("separation", style.ADHESION),
-}
-
-
-def seen(motion: Snap) -> tuple[float, float]:
-    """Return when a motion is seen: not the first of its growth, nor the last of its settling."""
-    angle, t = motion.tip.angle, motion.t
-    begun = int(np.argmax(np.abs(angle - angle[0]) > SEEN))
-    moving = np.flatnonzero(np.abs(angle - angle[-1]) > SEEN)
-    over = int(moving[-1]) + 1 if moving.size else len(t) - 1
-    return (float(t[max(begun - 1, 0)]), float(t[over])) if over > begun else (float(t[0]), float(t[-1]))
 
 
 @drawn_by.register
@@ -78,28 +56,7 @@ def plot_motion(motion: Snap, ax: Axes | None = None) -> Axes:
     Axes
         Lengths against time, in the rod's units; named moments are marked on the front.
     """
-    ax = axes_or(ax, own_axes(6.0, 3.8))
-    lengths, times, (begin, end) = length_unit(motion.rod, _extent(motion)), _times(motion), seen(motion)
-    t = (motion.t - begin) / times.size
-    for values, label, colour, dash in (
-        (motion.front, r"front $\bar s$", style.ROD, "-"),
-        (motion.tip.x, r"tip $x$", style.ADHESION, (0, (5.0, 1.6))),
-        (motion.tip.y, r"tip $y$", style.PRESSURE, (0, (1.6, 1.6))),
-    ):
-        ax.plot(t, values / lengths.size, color=colour, linestyle=dash, label=label, linewidth=1.6)
-    for event in motion.events:
-        if event.kind not in ("angle", "start") and begin <= event.t <= end:
-            where = (event.t - begin) / times.size, event.front / lengths.size
-            ax.plot(*where, "D", color=style.WARNING)
-            ax.annotate(
-                event.kind, where, (-4, 6), textcoords="offset points", ha="right", fontsize=style.SMALL
-            )
-    ax.set_xlim(0.0, (end - begin) / times.size)
-    ax.set_ylim(0.0, None)
-    ax.set_xlabel(times.axis("t"))
-    ax.set_ylabel(bracketed("length", lengths))
-    ax.set_title(_title(motion), fontsize=style.SMALL, loc="left")
-    return finish(ax, columns=3)
+    return draw_panel(MotionPanels(motion).lengths, axes_or(ax, own_axes(6.0, 3.8)), columns=3)
 
 
 def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
@@ -115,28 +72,7 @@ def plot_ledger(motion: Snap, ax: Axes | None = None) -> Axes:
     Axes
         Energies per width, stored and lost stacked, the work as a line on top; in the rod's units.
     """
-    ax = axes_or(ax, own_axes(6.0, 3.8))
-    times, (begin, end), energies = _times(motion), seen(motion), energy_unit(motion)
-    t, ledger = (motion.t - begin) / times.size, motion.energy
-    stored = [
-        getattr(ledger, name) - getattr(ledger, name)[0] for name in ("bending", "separation", "kinetic")
-    ]
-    for name, values in zip(("bending", "separation", "kinetic"), stored, strict=True):
-        _part(ax, t, values / energies.size, name, "-")
-    for name in ("drag", "bond_loss"):
-        if np.any(getattr(ledger, name)):
-            _part(ax, t, getattr(ledger, name) / energies.size, name, (0, (5.0, 1.6)))
-    _part(ax, t, ledger.work / energies.size, "work", "-", 2.2)
-    ax.axhline(0.0, color=style.PLATE, linewidth=0.8)
-    ax.set_xlim(0.0, (end - begin) / times.size)
-    ax.set_xlabel(times.axis("t"))
-    ax.set_ylabel(bracketed("energy since the start", energies))
-    return finish(ax, columns=3)
-
-
-def _part(ax: Axes, t: np.ndarray, values: np.ndarray, name: str, dash: Any, width: float = 1.6) -> None:
-    label, colour = PARTS[name]
-    ax.plot(t, values, color=colour, linestyle=dash, linewidth=width, label=label)
+    return draw_panel(MotionPanels(motion).ledger, axes_or(ax, own_axes(6.0, 3.8)), columns=3)
 
 
 def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
@@ -226,7 +162,8 @@ class _Stage:
 
     def __post_init__(self) -> None:
         motion, ax = self.motion, self.ax
-        self.lengths, self.times = length_unit(motion.rod, _extent(motion)), _times(motion)
+        panels = MotionPanels(motion)
+        self.lengths, self.times = panels.lengths_in, panels.times_in
         size = self.lengths.size
         self.right = 1.15 * max(float(motion.front.max()), float(motion.x.max())) / size
         left, top = float(motion.x.min()) / size, 1.1 * float(motion.y.max()) / size
@@ -317,7 +254,7 @@ def _screen(motion: Snap, times: np.ndarray) -> tuple[Figure, Iterator[float]]:
     stage.rod(float(times[0]), style.ROD, "")
     (rod,) = panels["rod"].lines[-1:]
     rod.set_linewidth(style.ROD_WIDTH)
-    panels["rod"].set_title(_title(motion), fontsize=style.SMALL, loc="left")
+    panels["rod"].set_title(MotionPanels(motion).title, fontsize=style.SMALL, loc="left")
     plot_motion(motion, panels["lengths"]).set_title("", loc="left")
     plot_ledger(motion, panels["energies"])
     figure.draw_without_rendering()
@@ -332,37 +269,3 @@ def _screen(motion: Snap, times: np.ndarray) -> tuple[Figure, Iterator[float]]:
             yield float(t)
 
     return figure, moved()
-
-
-# --- units and words -----------------------------------------------------------------------------
-
-
-def _extent(motion: Snap) -> float:
-    return float(motion.front.max())
-
-
-def _times(motion: Snap) -> AxisUnit:
-    begin, end = seen(motion)
-    return time_unit(motion.time_unit, end - begin)
-
-
-def energy_unit(motion: Snap | History) -> AxisUnit:
-    """Return the unit in which a picture shows the energies of a rod in time."""
-    if motion.rod.dimensionless:
-        return AxisUnit(1.0, r"T_0\eta^2", is_symbol=True)
-    return prefixed(float(np.abs(motion.energy.work).max()), "J/m")
-
-
-def bracketed(words: str, unit: AxisUnit) -> str:
-    """Return the label of an axis that shows what words say."""
-    return f"{words} [${unit.name}$]" if unit.is_symbol else f"{words} [{unit.name}]"
-
-
-def _title(motion: Snap) -> str:
-    rod = motion.rod
-    load = (
-        f"$p/T_0 = {motion.pressure:.4g}$"
-        if rod.dimensionless
-        else f"$p$ = {quantity(motion.pressure, 'Pa')}"
-    )
-    return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond: {motion.outcome}"

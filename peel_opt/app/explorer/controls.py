@@ -246,7 +246,12 @@ class Controls:
             sizing_mode="stretch_width",
             name="play",
             stylesheets=_style(),
-            align="end",
+        )
+        self.snap = Button(
+            label="▶ Let it snap",
+            sizing_mode="stretch_width",
+            name="snap",
+            stylesheets=_style(),
         )
         self.buttons = {
             name: Button(
@@ -284,7 +289,8 @@ class Controls:
             self.refused.said,
             *(number.box for number in self.numbers.values()),
             self.nearest,
-            Row(self.label, self.play, spacing=6, sizing_mode="stretch_width"),
+            self.label,
+            Row(self.play, self.snap, spacing=6, sizing_mode="stretch_width"),
             boxes["law"],
             boxes["convention"],
             boxes["accuracy"],

@@ -23,6 +23,8 @@ CAPTIONS = {
     "rod": "The shape of the rod and what acts on it; y₀ is how far above the plate the bond reaches.",
     "diagram": "All states along the branch: solid where stable, dashed where not. Click one to see it.",
     "potential": "A state is where the curve is level. A ball stays in a valley and rolls off a hilltop.",
+    "motion": "The detached length, and where the tip is, as the rod moves.",
+    "ledger": "The work of the pressure since the start, and what has become of it; the parts add up to it.",
     "loop": "A cycle of the load: the rod snaps off at one value and back at another. Play the sweep.",
 }
 

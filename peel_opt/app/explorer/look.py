@@ -108,6 +108,17 @@ CAPTION = f"""
 }}
 """
 
+#: The player of a film, in the colour of a screen that is on.
+PLAYER = f"""
+:host {{
+  background: #FFF6E0; border-radius: 6px; padding: 4px 8px; box-sizing: border-box; align-items: end;
+}}
+@media (max-width: {TWO_COLUMNS - 1}px) {{
+  :host {{ flex-wrap: wrap; justify-content: space-between; }}
+  .bk-Slider {{ flex: 1 1 100%; order: 3; }}
+}}
+"""
+
 #: What is computed now: a line that is always there, whose words come late enough not to flicker.
 PROGRESS = f"""
 :host {{ min-height: 20px; margin: 0 0 0 5px !important; color: {FAINT}; }}
@@ -116,6 +127,7 @@ PROGRESS = f"""
   content: ""; display: inline-block; width: 9px; height: 9px; margin-right: 7px; border-radius: 50%;
   border: 2px solid #E69F00; border-top-color: transparent; animation: turn 1s linear infinite;
 }}
+progress {{ width: 180px; accent-color: #E69F00; vertical-align: middle; }}
 @keyframes appear {{ to {{ opacity: 1; }} }}
 @keyframes turn {{ to {{ transform: rotate(360deg); }} }}
 @media (prefers-reduced-motion: reduce) {{ .doing::before {{ animation: none; }} }}

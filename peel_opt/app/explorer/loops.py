@@ -28,7 +28,7 @@ WINDOW = (1.6, -1.44)
 #: How far from a fold, relative to it, the sweep shows its last state.
 OFF_FOLD = 1e-3
 
-NOT_COMPUTED = "Quasi-static: what the rod does within a jump is not computed here (peel_opt.snap does)."
+NOT_COMPUTED = "Quasi-static: a jump is a motion, which peel_opt.snap computes."
 
 
 @dataclass(frozen=True, eq=False)

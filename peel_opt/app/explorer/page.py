@@ -26,6 +26,7 @@ from .fit import fit
 from .loops import LoopFrame
 from .pace import Pace
 from .panels import FourPanels, apply
+from .player import Player
 from .screen import Screen
 from .screens import full_screens, live_screen
 from .spoken import spoken
@@ -78,12 +79,15 @@ class Page:
         self._frames: tuple[LoopFrame, ...] = ()
         self._frame = 0
         self.controls = Controls(self._choice, self._slider, self._text)
-        self.panels = FourPanels()
+        self.panels = FourPanels(film=True)
         self.notes = text_box("notes", "alert")
         self.costs = text_box("costs", "status")
         self.costs.stylesheets = [InlineStyleSheet(css=look.TRUST)]
         self.outbox, self.address = outbox(), address()
         self.pace = Pace(self._caught_up)
+        self.player = Player(
+            doc, self.panels, self.pace, self.controls.snap, lambda said: self._say((said,)), self._draw
+        )
         self._assemble()
         self._draw()
         self.controls.show(state, self.screen.curve)
@@ -98,12 +102,15 @@ class Page:
         self.controls.nearest.on_click(self._to_nearest)
         self.controls.play.on_change("active", self._play)
         self.panels.diagram.figure.on_event("tap", self._tapped)
-        root = self.panels.page(self.controls.box, self.costs, self.notes)
+        self.controls.snap.on_click(lambda: self.player.begin(self.state, self.screen))
+        root = self.panels.page(self.controls.box, self.costs, self.notes, [self.player.bar])
         self.doc.title = "peel_opt explorer"
         block = f"{{% extends base %}}{{% block preamble %}}{look.VIEWPORT}{{% endblock %}}"
         self.doc.template = get_env().from_string(block)
-        tell = spoken(self.controls.spoken_sliders, self.controls.spoken_groups, self.panels.named)
-        self.doc.js_on_event("document_ready", tell, fit(self.panels.pictures))
+        sliders = {**self.controls.spoken_sliders, self.player.moment: None}
+        pressed = {**self.controls.spoken_groups, self.player.play: "Film"}
+        tell = spoken(sliders, pressed, self.panels.named)
+        self.doc.js_on_event("document_ready", tell, fit(self.panels.every))
         self.pace.pulse.js_on_change("data", tell)  # after each picture
         with self.doc.models.freeze():  # one look through all models, not one for each root
             for model in (root, self.outbox, self.address, self.pace.pulse):
@@ -154,6 +161,7 @@ class Page:
 
     def go_to(self, state: State, *, rested: bool = True) -> None:
         """Show another state: at once quickly, fully when it rests."""
+        self.player.end()
         self.state, self.messages = state, ()
         self.controls.accept()
         self._token += 1
@@ -240,6 +248,8 @@ class Page:
         self.address.data = {"query": [self.state.to_query()]}
 
     def _draw(self) -> None:
+        if self.player.film is not None:
+            return  # it is shown when that is over
         screen = self.screen
         self.doc.hold("combine")
         try:
@@ -275,6 +285,7 @@ class Page:
         sweep = self.screen.sweep
         if sweep is None or self._sweep is not None:
             return
+        self.player.end()
         self._frames, self._frame = sweep.frames, 0
         self.controls.play.label = "■ Stop"
         self._sweep = self.doc.add_periodic_callback(self._step, FRAME)
@@ -315,6 +326,7 @@ class Page:
 
     def _closed(self, _context: Any) -> None:
         self._token += 1  # work that has not begun is not begun any more
+        self.player.forget()
 
     # --- taking away ----------------------------------------------------------------------
 

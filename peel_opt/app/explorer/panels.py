@@ -27,14 +27,16 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
+from ...plots import motion_panels as motions
 from ...plots import scene as scenes
 from ...plots import style
 from ...plots.panels import Arrows, Line, Mark, Panel
 from ...plots.words import plain
 from . import look
+from .film import Film
 from .help import caption, header
 from .screen import Screen
-from .texts import headline, text_box, wrapped
+from .texts import film_headline, headline, text_box, wrapped
 
 #: What to set: models with their properties.
 Updates = list[tuple[Model, dict[str, Any]]]
@@ -47,6 +49,16 @@ _LETTER_GAP = 13.0
 
 #: A range is kept while what it shows fills at least this share of it, so that pictures stand still.
 _STEADY = 0.72
+
+#: What the figures show, by their names.
+NAMES = {
+    "rod": "shape of the rod",
+    "diagram": "bifurcation diagram",
+    "potential": "effective potential",
+    "loop": "hysteresis loop",
+    "motion": "front and tip against time",
+    "ledger": "ledger of energies",
+}
 
 #: What stands in place of the rod, and whether it is still looked for.
 NO_ROD = {False: "no such state: see below", True: "being solved"}
@@ -282,9 +294,15 @@ class Picture:
 
 
 class FourPanels:
-    """Rod, diagram, potential and loop under a headline."""
+    """Rod, diagram, potential and loop under a headline.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    film : bool
+        Whether there are two more, in place of potential and loop while a motion is shown.
+    """
+
+    def __init__(self, *, film: bool = False) -> None:
         self.rod = Picture(
             "rod",
             scenes.LINES,
@@ -292,20 +310,26 @@ class FourPanels:
             ground=True,
         )
         spurious = ("spurious", "spurious-unstable", "spurious-stable")
-        self.diagram = Picture(
-            "diagram",
-            ("straight", "straight-unstable", *spurious, "own", "unknown", "branch", "unstable", "stable"),
-        )
+        known = ("own", "unknown", "branch", "unstable", "stable", "orbit")
+        self.diagram = Picture("diagram", ("straight", "straight-unstable", *spurious, *known))
         self.potential = Picture("potential", ("fold", "maxwell", "delay", "current"))
         # Short labels, so that the frame stays in line with those above it.
         self.potential.figure.yaxis.formatter = BasicTickFormatter(power_limit_high=4, precision=1)
         self.loop = Picture("loop", ("between", "down", "up"))
+        pictures = {"motion": motions.LENGTHS, "ledger": motions.LEDGER} if film else {}
+        self.film = tuple(Picture(name, looks) for name, looks in pictures.items())
         self.headline = text_box("headline", "status")
         self.headline.styles = {**self.headline.styles, "min-height": "42px"}  # panels stay where they are
         self.progress = text_box("progress", "status")
         self.progress.stylesheets = [InlineStyleSheet(css=look.PROGRESS)]
+        self.boxes = {
+            each.figure.name: Column(
+                each.figure, caption(each.figure.name), spacing=0, visible=each not in self.film
+            )
+            for each in self.every
+        }
         self.grid = Column(
-            *(Column(each.figure, caption(each.figure.name), spacing=0) for each in self.pictures),
+            *self.boxes.values(),
             name="panels",
             styles={"background": look.PAPER},  # of the saved picture too
             stylesheets=[InlineStyleSheet(css=look.PANELS)],
@@ -313,21 +337,29 @@ class FourPanels:
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
-        """The panels in reading order."""
+        """The panels of a state, in reading order."""
         return self.rod, self.diagram, self.potential, self.loop
+
+    @property
+    def every(self) -> tuple[Picture, ...]:
+        """These, and those of a motion."""
+        return (*self.pictures, *self.film)
 
     @property
     def named(self) -> dict[str, Any]:
         """The figures by what they show, in reading order."""
-        names = ("shape of the rod", "bifurcation diagram", "effective potential", "hysteresis loop")
-        return {name: picture.figure for name, picture in zip(names, self.pictures, strict=True)}
+        return {NAMES[picture.figure.name]: picture.figure for picture in self.every}
 
-    def page(self, controls: Column, trust: Model, notes: Model) -> Column:
-        """Return the whole page: controls, panels with what is said below them, how far to trust them."""
+    def page(self, controls: Column, trust: Model, notes: Model, player: Sequence[Model] = ()) -> Column:
+        """Return the whole page: controls, panels with what is said below them, how far to trust them.
+
+        ``player`` stands above the panels.
+        """
         controls.stylesheets = [InlineStyleSheet(css=look.CONTROLS)]
         main = Column(
             self.headline,
             self.progress,
+            *player,
             self.grid,
             notes,
             spacing=0,
@@ -350,6 +382,38 @@ class FourPanels:
             *self.moving(screen),
             *self.diagram.updates(screen.headings["diagram"], screen.diagram, screen.no_diagram),
             *self.loop.updates(screen.headings["loop"], screen.loop, screen.no_loop),
+        ]
+
+    def filming(self, on: bool) -> Updates:
+        """Return what puts the pictures of a motion in place of potential and loop, or back."""
+        own = [picture.figure.name for picture in self.film]
+        return [
+            (box, {"visible": (name in own) == on})
+            for name, box in self.boxes.items()
+            if name not in ("rod", "diagram")
+        ]
+
+    def film_begins(self, film: Film, diagram: Panel | None) -> Updates:
+        """Return what shows a film: its pictures, and the motion in the diagram where that is its rod's."""
+        lengths, ledger = self.film
+        panels = film.panels
+        return [
+            *self.filming(True),
+            *lengths.updates("Front and tip", panels.lengths),
+            *ledger.updates("Where the work goes", panels.ledger),
+            *self.diagram.updates("Bifurcation diagram, and the motion across it", diagram, "not traced"),
+            (self.headline, {"text": film_headline(film)}),
+        ]
+
+    def film_at(self, film: Film, t: float, place: tuple[float, float] | None) -> Updates:
+        """Return what shows a moment of a film; ``place`` is where it is in the diagram."""
+        lengths, ledger = self.film
+        front, work = film.panels.here(t)
+        return [
+            *self.rod.updates("Rod in motion", film.panels.rod(t)),
+            *self.diagram.place(place),
+            *lengths.place(front),
+            *ledger.place(work),
         ]
 
     def moving(self, screen: Screen) -> Updates:

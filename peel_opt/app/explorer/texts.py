@@ -9,6 +9,7 @@ import textwrap
 from bokeh.models import Div
 
 from . import look
+from .film import Film
 from .screen import Screen
 
 
@@ -39,6 +40,22 @@ def headline(screen: Screen) -> str:
         f'<span style="font-size:17px"><b>{html.escape(answer.headline)}</b> at {words}</span><br>'
         f'<span style="font-size:12px">{html.escape(answer.label)} state, {html.escape(answer.law)} law,'
         f" {verdict} (certificate {answer.certificate:.0e}); {numbers}</span>"
+    )
+
+
+def film_headline(film: Film) -> str:
+    """Return what becomes of a rod that lets go, and how far to trust the film."""
+    return (
+        f'<span style="font-size:17px"><b>{html.escape(film.headline)}</b></span><br>'
+        f'<span style="font-size:12px">{html.escape(film.details)}</span>'
+    )
+
+
+def running(done: int, total: int) -> str:
+    """Return how far a motion is computed."""
+    return (
+        f'<label>computing the motion <progress value="{done}" max="{total}">{done} of {total}</progress>'
+        "</label>"
     )
 
 
