@@ -226,14 +226,11 @@ def history(
     require_attached(posture, setting)
     until = Until(end, contact=False, arrest=False)
     runs = []
-    with telling("part", PARTS * len(TURNS), progress) as step:
+    with telling("part", PARTS, progress) as step, in_parts(step, end) as told:
         for resolution, turn in enumerate(TURNS):
             chain = chain_of(setting, resolution)
             at, longest_step = begun(chain, posture, longest), min(LONGEST, end / STEPS)
-            with in_parts(step, end) as told:
-                run = carried(
-                    chain, at, load, until, turn=turn, length=longest, longest=longest_step, told=told
-                )
+            run = carried(chain, at, load, until, turn=turn, length=longest, longest=longest_step, told=told)
             runs.append(run.track)
     return _in_units(rod, setting, load, runs, unit, drag)
 

@@ -87,7 +87,8 @@ def carried(
         if (moved := moved + len(at.u)) > most:
             kept.happened("given up")
             break
-        before, at = at, pacer.taken(chain, at, lift.end if lift else until.time, pressure, lift)
+        end = min(lift.end, until.time) if lift else until.time
+        before, at = at, pacer.taken(chain, at, end, pressure, lift)
         held = chain if lift is None else replace(chain, tip_at=float(at.y[0]))
         kept.add(at, pressure(at.t), spent(held, before, at, pressure))
         if told is not None:
@@ -104,15 +105,14 @@ def carried(
                 pacer.begins()
                 kept.happened("lift")
         elif down(at) and not down(before):
-            outcome = _landed(kept, until)
+            outcome, lifts = _landed(kept, until), 0 if kept.rose else lifts
+        elif lifts < len(LIFTS) and _stuck(kept, at, until):
+            lift = Lift(at.t, LIFTS[lifts] * float(at.y.max()))
+            at, lifts = replace(at, dt=np.inf), lifts + 1
+            pacer.begins()
         elif until.arrest and kept.at_rest(at):
-            if tail(at) == 1 and lifts < len(LIFTS):
-                lift = Lift(at.t, LIFTS[lifts] * float(at.y.max()))
-                at, lifts = replace(at, dt=np.inf), lifts + 1
-                pacer.begins()
-            else:
-                outcome = at_rest_in(at)
-                kept.happened("arrest")
+            outcome = at_rest_in(at)
+            kept.happened("arrest")
         elif until.arrest and kept.repeats():
             outcome = "flapping"
         at = _reaching(chain, at, front, length)
@@ -127,10 +127,17 @@ def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
     return at.longer(max(round(min(BLOCK, length - meshed) / chain.h), 1), chain.h)
 
 
+def _stuck(kept: Recorder, at: Moment, until: Until) -> bool:
+    """Whether it is the mesh that holds a tip down: it is at rest, or has lain there for long alone."""
+    if tail(at) != 1:
+        return False
+    return kept.at_rest(at) if until.arrest else kept.lain(at)
+
+
 def _landed(kept: Recorder, until: Until) -> str:
     """Say what follows from a landing, and note it."""
     rose = kept.rose
     kept.happened("contact")
     if until.contact:
         return "contact"
-    return "flapping" if rose else "not settled"
+    return "flapping" if rose and until.arrest else "not settled"

@@ -127,6 +127,7 @@ class Recorder:
         self.spent = Spent()
         self.speeds: list[tuple[float, float]] = []
         self.turns: list[float] = []
+        self.up = -math.inf
 
     def add(self, at: Moment, pressure: float, spent: Spent) -> None:
         """Keep a moment."""
@@ -135,6 +136,7 @@ class Recorder:
         w, theta, memory = chain.share(n), u[:, THETA], chain.memory
         turned = np.diff(np.append(theta, 0.0))
         front = front_of(chain, at)
+        self.up = at.t if at.y[0] > 0.0 else self.up
         angle = theta[0] - 0.125 * (theta[1] - theta[0])
         energies = (
             0.5 * chain.mass * float(np.sum(w * at.v**2)),
@@ -182,10 +184,15 @@ class Recorder:
             return False
         return float(np.ptp(swings)) < SAME * float(swings.max())
 
+    def lain(self, at: Moment) -> bool:
+        """Whether a bond that heals has held the tip down for as long as a rod takes to be at rest."""
+        return self.chain.memory.bond == "reversible" and at.t - self.up >= WINDOW
+
     def at_rest(self, at: Moment) -> bool:
         """Whether what is left of the motion, as it dies away, is too small to matter."""
         speed = float(np.abs(at.v).max())
-        self.speeds.append((at.t, speed))
+        if not self.speeds or self.speeds[-1][0] < at.t:
+            self.speeds.append((at.t, speed))
         while len(self.speeds) > 2 and self.speeds[1][0] < at.t - WINDOW:
             self.speeds.pop(0)
         then, before = self.speeds[0]

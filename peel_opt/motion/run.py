@@ -8,6 +8,7 @@ attached point has x = s.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,12 +28,19 @@ PARTS = 100
 
 @contextmanager
 def in_parts(step: Callable[[int], object], likely: float) -> Iterator[Told]:
-    """Yield what tells how far a run is on the way to its likely end, in `PARTS` steps, and tell the rest."""
-    done = 0
+    """Yield what tells how far runs are on the way to their likely end, in `PARTS` steps, and tell the rest.
+
+    A time before the last begins another run, such as that at the next resolution: how many there will be is
+    not known, and each has half of what is left.
+    """
+    done, begun, last = 0, 0.0, -math.inf
 
     def reached(t: float) -> None:
-        nonlocal done
-        now = min(int(PARTS * t / likely), PARTS - 1)
+        nonlocal done, begun, last
+        if t < last:
+            begun = done / PARTS
+        last = t
+        now = int(PARTS * (begun + 0.5 * (1.0 - begun) * min(t / likely, 1.0)))
         if now > done:
             step(now - done)
             done = now

@@ -263,7 +263,7 @@ def _run(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Tr
 
 def _meshed(run: Callable[..., Track], told: Told) -> tuple[Track, float, float]:
     """Run on two meshes; return the run on the finer and what they differ by."""
-    coarse, fine = run(resolution=0), run(resolution=1, told=told)
+    coarse, fine = (run(resolution=resolution, told=told) for resolution in (0, 1))
     return fine, *_errors(coarse, fine)
 
 

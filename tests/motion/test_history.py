@@ -66,6 +66,18 @@ def test_a_bond_that_heals_lies_down_below_the_least_pressure() -> None:
     assert run.energy.bond_loss.max() == 0.0
 
 
+@pytest.mark.slow
+def test_a_tip_that_the_mesh_holds_down_is_lifted() -> None:
+    """It lands, slides into the state that just touches, which is unstable, and ends folded."""
+    run = po.history(ROD, pressure=([0.0, 300.0], [0.5, 0.5]))
+    lifted = [event.kind for event in run.events if event.kind in {"contact", "lift"}]
+    assert lifted[0] == "contact"
+    assert lifted[-1] == "lift"
+    folded = po.length_given_pressure(ROD, 0.5, state="folded").length
+    assert run.front[-1] == pytest.approx(folded, abs=1e-3)
+    assert po.touching(ROD, 0.5).length < folded - 0.5
+
+
 def falling(t: float, per: float) -> float:
     return 60e3 * (1.0 - 0.001 * t / per)
 

@@ -17,6 +17,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.motion import snap as snapping
+from peel_opt.motion.run import PARTS, in_parts
 from peel_opt.motion.tracking import goes_round
 from peel_opt.motion.trajectory import Happening
 
@@ -391,3 +392,16 @@ def test_a_cycle_is_one_where_what_is_left_to_it_is_small(
 ) -> None:
     assert goes_round(passages(ratio, left, width)) is cycle
     assert not goes_round(passages(ratio, left, width)[2:])
+
+
+def test_runs_at_several_resolutions_have_one_bar_between_them() -> None:
+    steps: list[int] = []
+    with in_parts(steps.append, 10.0) as told:
+        done = []
+        for until in (10.0, 40.0, 5.0):
+            for t in np.linspace(0.0, until, 9):
+                told(float(t))
+            done.append(sum(steps))
+    assert done == [PARTS / 2, 3 * PARTS / 4, 3 * PARTS / 4 + PARTS // 16]
+    assert sum(steps) == PARTS
+    assert min(steps) > 0
