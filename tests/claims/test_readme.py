@@ -29,7 +29,7 @@ CLAIM = re.compile(r"^ *print\(.*\)  # ((?:[-\[({'\"\d]|.*\.\.\.).*)$")
 MARKING = "import sys; print = lambda *v, p=print: p(f'\\x1e{sys._getframe(1).f_lineno}', *v)"
 
 
-def run_as_script(text: str, folder: Path) -> list[str]:
+def run_as_script(text: str, folder: Path, *, cwd: Path = ROOT) -> list[str]:
     """Run the Python of a page as a reader would, its blocks below each other in a file.
 
     Returns what it prints; fails where a comment beside a print says something else.
@@ -39,7 +39,7 @@ def run_as_script(text: str, folder: Path) -> list[str]:
     (script := folder / "script.py").write_text("\n".join(lines), encoding="utf-8")
     run = subprocess.run(
         [sys.executable, "-W", "error", str(script)],
-        cwd=ROOT,
+        cwd=cwd,
         env=os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
         capture_output=True,
         text=True,
@@ -117,7 +117,7 @@ def test_docstring_examples(module: str) -> None:
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 #: Pages whose examples take no more than a second; a reader's way through the others is for the slow run.
-SHORT = {"figures", "choosing_a_method"}
+SHORT = {"choosing_a_method", "citing", "figures"}
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,8 @@ SHORT = {"figures", "choosing_a_method"}
     [
         pytest.param(page, marks=[] if page.stem in SHORT else [pytest.mark.slow], id=page.stem)
         for page in PAGES
-        if "```python" in page.read_text(encoding="utf-8")
+        # Tutorials are run with their command lines, in test_tutorials.py.
+        if not page.stem.startswith("tutorial") and "```python" in page.read_text(encoding="utf-8")
     ],
 )
 def test_pages_of_the_documentation_run(page: Path, tmp_path: Path) -> None:
