@@ -27,8 +27,19 @@ EXAMPLE = "an example of peel-opt new: put your number here"
 #: Where comments begin, if the line is not longer.
 COLUMN = 34
 
-#: Pressures over T0 at which a calibration has its example data, from T0 (0) to the least one (1).
-_MEASURED = (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)
+#: Example data of a calibration: pressures from T0 (0) to the least one (1), and made-up errors over their
+#: standard deviations, of the length and of the pressure.
+_MEASURED = (
+    (0.1, 0.6, -0.8),
+    (0.25, -1.1, 0.3),
+    (0.4, 0.4, 1.0),
+    (0.55, 0.9, -0.4),
+    (0.7, -0.5, -0.9),
+    (0.85, 0.2, 0.7),
+)
+
+#: Their standard deviations, relative.
+_SD = 0.005
 
 #: Numbers of a bond, two of which say the third.
 _BONDS = ("adhesion_strength", "work_of_separation", "adhesion_range")
@@ -172,13 +183,13 @@ class Template:
         rod = self.rod(given)
         assert rod is not None
         low = readhesion_pressure(rod).pressure / rod.adhesion_strength
-        shares = [1.0 - x * (1.0 - low) for x in _MEASURED]
+        shares = [1.0 - x * (1.0 - low) for x, _, _ in _MEASURED]
         found = answers(ratio=rod.ratio, pressure_ratio=shares)
-        rows = ["# An example, states of the rod in the card: put your measurements here."]
+        rows = ["# An example, states of the rod in the card with made-up errors: put your measurements here."]
         rows.append("length [m], length_sd [m], pressure [Pa], pressure_sd [Pa]")
-        for P, sigma in zip(shares, found.length_ratio, strict=True):
-            length, pressure = sigma * rod.eta, P * rod.adhesion_strength
-            rows.append(f"{length:.3g}, {length / 1000:.1g}, {pressure:.3g}, {pressure / 1000:.1g}")
+        for (_, dl, dp), P, sigma in zip(_MEASURED, shares, found.length_ratio, strict=True):
+            cells = (sigma * rod.eta, dl), (P * rod.adhesion_strength, dp)
+            rows.append(", ".join(f"{v * (1.0 + _SD * miss):.4g}, {v * _SD:.2g}" for v, miss in cells))
         return "\n".join(rows) + "\n"
 
     def _examples(self, given: Mapping[str, str]) -> list[str]:

@@ -220,7 +220,9 @@ def history(
     unit = c * rod.eta / rod.adhesion_strength
     load, end = _ramp(rod, pressure, duration, unit)
     start = length_given_pressure(rod, load(0.0) * rod.adhesion_strength, law=law)
-    longest = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length))
+    longest = math.inf
+    if rod_length is not None:
+        longest = rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
     setting = Setting(rod.ratio, known_law(law) or COHESIVE, load(0.0), 0.0, 1.0, bond, longest)
     posture = stretched(start, OPENED * start.length_ratio)
     require_attached(posture, setting)

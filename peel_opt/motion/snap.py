@@ -11,7 +11,7 @@ from itertools import takewhile
 
 import numpy as np
 
-from ..base.checks import positive
+from ..base.checks import finite, positive
 from ..base.errors import InvalidInput, NotConverged, OutOfRange
 from ..base.progress import Progress
 from ..base.progress import progress as telling
@@ -180,6 +180,7 @@ def _asked(
         law = plain_law(subject)
     if bond not in BONDS:
         raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
+    pressure = finite("pressure", pressure, "" if rod.dimensionless else "Pa")
     P = rod.pressure_ratio(pressure)
     if P >= 1.0:
         raise OutOfRange(
@@ -190,12 +191,12 @@ def _asked(
     scale = rod.eta / rod.adhesion_strength
     unit = math.sqrt(rho * scale) if rho else c * scale
     known = known_law(law) or COHESIVE
-    length = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length))
+    length = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
     setting = Setting(
         rod.ratio, known, P, 1.0 if rho else 0.0, c * scale / unit if rho else 1.0, bond, length
     )
     given = None if drag is None and not rod.dimensionless else c
-    return _Asked(rod, law, float(pressure), rho, given, unit, setting)
+    return _Asked(rod, law, pressure, rho, given, unit, setting)
 
 
 def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tuple[Posture, float]:
