@@ -74,7 +74,10 @@ def _linked(match: re.Match[str]) -> str:
 
 def gallery() -> str:
     """Return a page with every example: what it shows, its picture or what it prints, and its script."""
-    parts = ["# Gallery\n", "Every script of `examples/`, with what it makes. Run them as `python examples/NAME.py`.\n"]
+    parts = [
+        "# Gallery\n",
+        "Every script of `examples/`, with what it makes. Run them as `python examples/NAME.py`.\n",
+    ]
     for path in sorted((ROOT / "examples").glob("*.py")):
         script = path.read_text(encoding="utf-8")
         shows = (ast.get_docstring(ast.parse(script)) or "").replace("[", r"\[")
@@ -110,8 +113,15 @@ def public_names() -> dict[str, list[str]]:
 
 def reference() -> str:
     """Return a page with the docstring of every public name."""
-    parts = ["# Reference\n", "Every public name, `po.NAME`, by what it is about. What to call for what: [api.md](api.md).\n"]
+    parts = [
+        "# Reference\n",
+        "Every public name, `po.NAME`, by what it is about. What to call for what: [api.md](api.md).\n",
+    ]
     for room, names in public_names().items():
         parts.append(f"## {ROOMS[room]}\n")
-        parts += [f"::: {name}\n    options:\n      heading_level: 3\n" for name in names]
+        for name in names:
+            options = ["heading_level: 3"]
+            if name.endswith(".profiles"):  # a module: its calls, whose classes nobody makes by hand
+                options.append("members: [linear, exponential, stream, mixed, jet, height]")
+            parts.append("\n".join([f"::: {name}", "    options:", *(f"      {one}" for one in options), ""]))
     return "\n".join(parts)

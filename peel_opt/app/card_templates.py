@@ -185,7 +185,9 @@ class Template:
         low = readhesion_pressure(rod).pressure / rod.adhesion_strength
         shares = [1.0 - x * (1.0 - low) for x, _, _ in _MEASURED]
         found = answers(ratio=rod.ratio, pressure_ratio=shares)
-        rows = ["# An example, states of the rod in the card with made-up errors: put your measurements here."]
+        rows = [
+            "# An example, states of the rod in the card with made-up errors: put your measurements here."
+        ]
         rows.append("length [m], length_sd [m], pressure [Pa], pressure_sd [Pa]")
         for (_, dl, dp), P, sigma in zip(_MEASURED, shares, found.length_ratio, strict=True):
             cells = (sigma * rod.eta, dl), (P * rod.adhesion_strength, dp)

@@ -191,7 +191,11 @@ def _asked(
     scale = rod.eta / rod.adhesion_strength
     unit = math.sqrt(rho * scale) if rho else c * scale
     known = known_law(law) or COHESIVE
-    length = math.inf if rod_length is None else rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
+    length = (
+        math.inf
+        if rod_length is None
+        else rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
+    )
     setting = Setting(
         rod.ratio, known, P, 1.0 if rho else 0.0, c * scale / unit if rho else 1.0, bond, length
     )

@@ -17,6 +17,8 @@ from peel_opt.app.cli import main as cli
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+#: Extras of who works on it, which no module imports.
+TOOLS = ("test", "lint", "docs", "release")
 MODULES = sorted((ROOT / "peel_opt").rglob("*.py"))
 
 
@@ -101,7 +103,7 @@ def test_the_classifiers_name_the_supported_versions_of_python():
 def test_every_import_is_required_by_the_project_or_an_extra():
     required = {re.match(r"[\w.-]+", text)[0].lower().replace("-", "_") for text in PROJECT["dependencies"]}
     for extra, texts in PROJECT["optional-dependencies"].items():
-        if extra not in ("test", "lint"):
+        if extra not in TOOLS:
             required |= {re.match(r"[\w.-]+", text)[0].lower().replace("-", "_") for text in texts}
     required |= {"pydantic_core"} if "pydantic" in required else set()
     for path in MODULES:
@@ -114,7 +116,7 @@ def test_every_import_is_required_by_the_project_or_an_extra():
 
 
 def test_every_extra_that_a_message_names_exists_and_no_other():
-    extras = {name for name in PROJECT["optional-dependencies"] if name not in ("test", "lint")}
+    extras = {name for name in PROJECT["optional-dependencies"] if name not in TOOLS}
     named = set()
     for path in MODULES:
         named |= set(re.findall(r"peel_opt\[(\w+)\]", path.read_text(encoding="utf-8")))

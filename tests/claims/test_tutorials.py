@@ -1,4 +1,4 @@
-"""The tutorials work as they stand there: command lines with what they print, then the Python, in an empty folder."""
+"""The tutorials work as they stand, in an empty folder: commands with what they print, then the Python."""
 
 from __future__ import annotations
 
