@@ -22,7 +22,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .bond import Piece
+from .bond import Affine, Piece
 from .groups import AmplitudeGroups
 
 #: Number of first-order fields: Theta, K = Theta', n_x, n_y, Y.
@@ -66,9 +66,18 @@ class Scalars(AmplitudeGroups[Any]):
         """alpha/A, the pressure over the amplitude."""
         return self.m + self.beta0 / self.A
 
+    @property
+    def load_terms(self) -> Any:
+        """Size of the terms of `load`."""
+        return abs(self.m) + abs(self.beta0 / self.A)
+
     def less_pressure(self, P: Any) -> Any:
         """beta0 times how much p/T0 is above P."""
         return self.alpha1 - (P - 1.0) * self.beta0
+
+    def pressure_terms(self, P: Any) -> Any:
+        """Size of the terms of `less_pressure`."""
+        return abs(self.alpha1) + abs((P - 1.0) * self.beta0)
 
     def height(self, Y: Any) -> Any:
         """u = y/y0 of a scaled height."""
@@ -105,6 +114,11 @@ class LowPressure(Scalars):
         return self.exact_load
 
     @property
+    def load_terms(self) -> Any:
+        """Size of the terms of `load`: one."""
+        return abs(self.exact_load)
+
+    @property
     def alpha(self) -> Any:
         """Scaled pressure sbar^3 p / k, equation (10)."""
         return self.load * self.A
@@ -117,6 +131,10 @@ class LowPressure(Scalars):
     def less_pressure(self, P: Any) -> Any:
         """beta0 times how much p/T0 is above P."""
         return self.alpha - P * self.beta0
+
+    def pressure_terms(self, P: Any) -> Any:
+        """Size of the terms of `less_pressure`."""
+        return abs(self.alpha) + abs(P * self.beta0)
 
 
 #: Names of the scalars, in the order in which they stand among the unknowns.
@@ -165,6 +183,13 @@ def identity(Y_tip: Any, scalars: Scalars, piece: Piece) -> Any:
     if piece.lets_go:
         return scalars.load - piece.work_done * scalars.beta0 / (scalars.A * scalars.height(Y_tip))
     return scalars.m + piece.mean_pull(Y_tip, scalars)
+
+
+def identity_terms(scalars: Scalars, piece: Piece) -> Any:
+    """Size of the terms of `identity` where it holds; None on pieces where there are more than two."""
+    if piece.lets_go:
+        return scalars.load_terms + abs(scalars.load)
+    return 2.0 * abs(scalars.m) if piece.is_first and isinstance(piece.drop, Affine) else None
 
 
 def bending(Theta: Any, nx: Any, ny: Any, scalars: Scalars) -> Any:

@@ -216,7 +216,8 @@ def _response(at: Linearised, unsettled: float, own: np.ndarray, value: float) -
     asked = [d for d, c in zip(by_given.tolist(), given, strict=True) if c.kind != "ratio"]
     towards = at.of_scalars
     return Response(
-        rounding=unsettled + EPS * (residues + 2.0 * digits),
+        # Once it has settled, the last update is rounding of the equations itself: it counts once.
+        rounding=max(unsettled, EPS * residues) + 2.0 * EPS * digits,
         unsettled=unsettled,
         condition=max(asked),
         leverage=math.sqrt(own @ own) / np.sqrt(np.einsum("ij,ij->j", towards, towards)),

@@ -21,7 +21,7 @@ from ..model.groups import PI4
 from .accuracy import SAFE, UNITS, certificates_of_ends
 from .closures import EQUATIONS
 from .compiled_stack import AnyStack
-from .linear import IMAGINARY
+from .linear import IMAGINARY, count_closures_once, count_identity_once
 from .newton import CONTRACTION
 from .stack import TAIL, Stack, gradient
 
@@ -143,7 +143,8 @@ class Solved:
         sizes = np.maximum(np.abs(self.given), [least.get(kind, 0.0) for kind in self.kinds])
         digits = np.abs(read(self.scalars)) + (by_given * sizes).sum(axis=1)
         last = np.abs((slope * self.update[:, TAIL]).sum(axis=1))
-        return 4.0 * last + EPS * (UNITS * _norm(own * self.sizes) + 2.0 * digits)
+        # Once it has settled, the last update is rounding of the equations itself: it counts once.
+        return np.maximum(4.0 * last, UNITS * EPS * _norm(own * self.sizes)) + 2.0 * EPS * digits
 
     def certificates(self, law: CohesiveLaw) -> np.ndarray:
         """What `certificate` says of each state, shape (states,)."""
@@ -190,7 +191,7 @@ def solve(
         values = np.empty((count, stack.size))
         if renewed.size:
             values[renewed], jacobian = stack.linearise(x[renewed], kinds, given[renewed])
-            sizes[renewed] = _applied(np.abs(jacobian), np.abs(x[renewed]))
+            sizes[renewed] = _sizes(stack, x[renewed], jacobian, kinds, given[renewed])
             inverse[renewed] = _inverses(jacobian)
         if keeps.any():
             kept = going[keeps]
@@ -217,6 +218,19 @@ def solve(
         _, jacobian = stack.linearise(x[again], kinds, given[again])
         inverse[again] = _inverses(jacobian)
     return Solved(stack, kinds, given, x, converged, update, inverse, sizes)
+
+
+def _sizes(
+    stack: AnyStack, x: np.ndarray, jacobian: np.ndarray, kinds: Sequence[str], given: np.ndarray
+) -> np.ndarray:
+    """Sizes of the terms of the equations, as `Linearised.sizes`."""
+    moduli, size, row = np.abs(jacobian), np.abs(x), stack.identity_row
+    sizes, s = _applied(moduli, size), stack.scalars(x)
+    count_closures_once(sizes, s, kinds, [(number,) for number in given.T])
+    if row is not None:
+        through_shape = (moduli[:, row, : stack.shape] * size[:, : stack.shape]).sum(axis=1)
+        count_identity_once(sizes, s, row, stack.phases[0], through_shape)
+    return sizes
 
 
 def _inverses(matrices: np.ndarray) -> np.ndarray:

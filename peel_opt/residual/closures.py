@@ -67,6 +67,13 @@ EQUATIONS: dict[str, Callable[..., Any]] = {
     "plane": lambda s, offset, *normal: ca.dot(ca.vertcat(*normal), coordinates(s)) - offset,
 }
 
+#: Size of their terms, where these are products and powers of the scalars.
+TERMS: dict[str, Callable[[Scalars, Any], Any]] = {
+    "ratio": lambda s, r: abs(s.lam) + PI4 + r * s.sigma**4,
+    "pressure": lambda s, P: s.pressure_terms(P),
+    "alpha1": lambda s, alpha1: abs(s.alpha1) + abs(alpha1),
+}
+
 #: The number that the equation of a closure gives, where it is of interest by itself.
 READINGS: dict[str, Callable[[Scalars], Any]] = {
     "ratio": lambda s: s.ratio,

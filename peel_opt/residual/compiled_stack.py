@@ -36,6 +36,8 @@ class CompiledStack:
         self.nodes, self.size = self._problem.field_count, self._problem.size
         #: Unknowns that the shape depends on beside the scalars.
         self.shape = self.size - len(SCALARS)
+        #: Which equation is the identity; none where the tip is held.
+        self.identity_row = self._problem.identity_row
 
     @classmethod
     @lru_cache(maxsize=16)

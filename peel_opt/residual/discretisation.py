@@ -190,6 +190,11 @@ class Discretisation(ABC):
         """What stands for the scalars among the unknowns."""
         return Scalars
 
+    @property
+    def identity_row(self) -> int | None:
+        """Which equation is the identity at a free tip; None where that is not known, or there is none."""
+        return None
+
     def symbols(self) -> tuple[ca.MX, list[ca.MX], ca.MX]:
         """Field unknowns, phase lengths and scalars as CasADi expressions."""
         fields, inner, tail = (self.x[part] for part in (self.fields, self.inner, self.tail))

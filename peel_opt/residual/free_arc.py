@@ -10,23 +10,26 @@ one curve for all rods and pressures, turned by the tip angle.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial import polynomial
 
-from ..base.quadrature import Grid
 from ..model.equations import Scalars, symbolic
 
 #: Longest arc, in (k/p)^(1/3): it has turned by 4.2, and no rod's tip turns so far before it is back at y0.
 LONGEST = 4.6
 
-#: Chebyshev nodes of the curve, Gauss nodes of its integrals, and successive approximations until it has
-#: settled to rounding.
-NODES, GAUSS, ROUNDS = 56, 80, 120
+#: Length of the pieces into which the cube of the distance is cut, and Chebyshev coefficients on each.  One
+#: polynomial for all would take 56, and their cosines lose a hundred units in the last place.
+WIDTH, COUNT = LONGEST**3 / 12, 16
+
+#: Order of the Taylor series by which the curve is integrated, and its steps.
+ORDER, STRIDE = 28, 0.23
 
 
 class FreeCurve(NamedTuple):
@@ -37,26 +40,58 @@ class FreeCurve(NamedTuple):
     Y: np.ndarray
 
 
+def _taylor(phi: Any, X: Any, Y: Any) -> np.ndarray:
+    """Taylor coefficients of the curve about one of its places, shape (ORDER + 1, 3)."""
+    series = np.zeros((5, ORDER + 1), np.longdouble)
+    angle, x, y, sine, cosine = series
+    series[:, 0] = phi, X, Y, np.sin(phi), np.cos(phi)
+    powers = np.arange(ORDER + 1)
+    for k in range(ORDER):
+        x[k + 1], y[k + 1] = cosine[k] / (k + 1), sine[k] / (k + 1)
+        angle[k + 1] = 0.5 * (x[: k + 1] @ x[k::-1] + y[: k + 1] @ y[k::-1]) / (k + 1)
+        turning = powers[1 : k + 2] * angle[1 : k + 2]
+        sine[k + 1] = turning @ cosine[k::-1] / (k + 1)
+        cosine[k + 1] = -(turning @ sine[k::-1]) / (k + 1)
+    return series[:3].T
+
+
+def _integrated(places: np.ndarray) -> np.ndarray:
+    """The curve at rising distances from the tip, shape (len(places), 3), in what precision there is."""
+    found, here, first = np.empty((len(places), 3), np.longdouble), np.zeros(3, np.longdouble), 0
+    for step in range(math.ceil(float(places[-1]) / STRIDE)):
+        series = _taylor(*here)
+        last = int(np.searchsorted(places, STRIDE * (step + 1), side="right"))
+        ahead = np.append(places[first:last] - STRIDE * step, STRIDE).astype(np.longdouble)
+        values = polynomial.polyval(ahead, series).T
+        found[first:last], here, first = values[:-1], values[-1], last
+    return found
+
+
+def _nodes() -> tuple[np.ndarray, np.ndarray]:
+    """Chebyshev nodes of a piece, from 0 to 1, and the matrix from values there to coefficients."""
+    angles = np.pi * (np.arange(COUNT, dtype=np.longdouble)[::-1] + 0.5) / COUNT
+    to_series = 2.0 / COUNT * np.cos(np.outer(np.arange(COUNT), angles))
+    to_series[0] *= 0.5
+    return 0.5 * (1.0 + np.cos(angles)), to_series
+
+
+def _pieces(longest: float) -> int:
+    """Number of pieces up to a distance."""
+    return math.ceil(longest**3 / WIDTH * (1.0 - 1e-12))
+
+
 @lru_cache(maxsize=4)
 def _curve(longest: float) -> np.ndarray:
-    """Chebyshev coefficients of phi/c^3, X/c and Y/c^4 in c^3 from 0 to longest^3, shape (NODES, 3).
+    """Chebyshev coefficients of phi/c^3, X/c and Y/c^4 in c^3 on every piece, shape (pieces, COUNT, 3).
 
     Of the cube of the distance these are smooth functions, and close to the tip they keep their digits.
     """
-    angles = np.pi * (np.arange(NODES) + 0.5) / NODES
-    to_series = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
-    to_series[0] *= 0.5
-    grid, cube = Grid.gauss(GAUSS), 0.5 * longest**3 * (1.0 + np.cos(angles))
-    # From values at the nodes to the mean of their polynomial between 0 and c, weighted with a power.
-    there = np.multiply.outer(cube, grid.xi**3)
-    between = chebyshev.chebvander(2.0 * there / longest**3 - 1.0, NODES - 1) @ to_series
-    mean = {power: np.einsum("k,ikj->ij", grid.weights * grid.xi**power, between) for power in (0, 2, 3)}
-    F, G, H = np.full(NODES, 1.0 / 6.0), np.ones(NODES), np.full(NODES, 1.0 / 24.0)
-    for _ in range(ROUNDS):
-        phi = cube * F
-        G, H = mean[0] @ np.cos(phi), mean[3] @ (np.sin(phi) / cube)
-        F = 0.5 * mean[2] @ (G * G + (cube * H) ** 2)
-    return to_series @ np.stack([F, G, H], axis=1)
+    count, (within, to_series) = _pieces(longest), _nodes()
+    cubes = (WIDTH * (np.arange(count)[:, None] + within)).ravel()
+    c = np.cbrt(cubes)
+    phi, X, Y = _integrated(c).T
+    values = np.stack([phi / cubes, X / c, Y / (c * cubes)], axis=1).reshape(count, COUNT, 3)
+    return np.ascontiguousarray(to_series @ values, dtype=float)
 
 
 def polynomials(place: np.ndarray, count: int) -> np.ndarray:
@@ -72,9 +107,16 @@ def polynomials(place: np.ndarray, count: int) -> np.ndarray:
 def curve(c: np.ndarray, longest: float = LONGEST) -> FreeCurve:
     """The curve at distances 0 <= c <= longest from the tip; not a number beyond."""
     cube = np.where(np.abs(c) <= longest, c * c * c, np.nan)
-    basis = polynomials(cube / longest**3, NODES)
-    F, G, H = np.moveaxis((basis[..., None, :] @ _curve(longest))[..., 0, :], -1, 0)
+    F, G, H = np.moveaxis(_scaled(cube, longest), -1, 0)
     return FreeCurve(cube * F, c * G, c * cube * H)
+
+
+def _scaled(cube: np.ndarray, longest: float) -> np.ndarray:
+    """phi/c^3, X/c and Y/c^4 at cubes of the distance, in the last axis."""
+    place = cube / WIDTH
+    piece = np.fmin(np.fmax(place, 0.0), _pieces(longest) - 1).astype(int)  # also of what is no number
+    values: np.ndarray = (polynomials(place - piece, COUNT)[..., None, :] @ _curve(longest)[piece])[..., 0, :]
+    return values
 
 
 def turned(place: FreeCurve, A: Any, stretch: Any, sine: Any, cosine: Any) -> tuple[Any, Any, Any, Any]:
@@ -100,18 +142,24 @@ def turned(place: FreeCurve, A: Any, stretch: Any, sine: Any, cosine: Any) -> tu
 
 @lru_cache(maxsize=16)
 def _along(zeta: tuple[float, ...]) -> np.ndarray:
-    """Matrix from the polynomials of c^3 to phi/(zeta c)^3, X/(zeta c), Y/(zeta c)^4, one upon the other."""
-    places = 0.5 * (1.0 + np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES))
-    values = polynomials(np.multiply.outer(np.array(zeta) ** 3, places), NODES) @ _curve(LONGEST)
-    to_series = 2.0 / NODES * polynomials(places, NODES).T
-    to_series[0] *= 0.5
-    return np.concatenate([part @ to_series.T for part in np.moveaxis(values, 2, 0)])
+    """Matrix to phi/(zeta c)^3, X/(zeta c), Y/(zeta c)^4, one upon the other, from the polynomials of c^3.
+
+    For every piece of c^3 it has columns of its own.
+    """
+    within, to_series = _nodes()
+    cubes = WIDTH * np.add.outer(np.arange(_pieces(LONGEST)), within)
+    values = _scaled(np.multiply.outer(np.array(zeta) ** 3, cubes), LONGEST)
+    columns = np.einsum("kj,zpjf->fzpk", to_series, values).astype(float)
+    return columns.reshape(3 * len(zeta), -1)
 
 
 def curve_expression(zeta: np.ndarray, end: ca.MX) -> FreeCurve:
     """The curve at shares ``zeta`` of an arc that ends at the distance ``end``, as CasADi expressions."""
-    angle = ca.acos(2.0 * end**3 / LONGEST**3 - 1.0)
-    values = ca.mtimes(_along(tuple(zeta.tolist())), ca.cos(angle * np.arange(NODES)))
+    place, count = end**3 / WIDTH, _pieces(LONGEST)
+    piece = ca.fmin(ca.floor(place), count - 1)
+    here = ca.cos(ca.acos(2.0 * (place - piece) - 1.0) * np.arange(COUNT))
+    basis = ca.vertcat(*(ca.if_else(piece == k, 1.0, 0.0) * here.T for k in range(count)))
+    values = ca.mtimes(_along(tuple(zeta.tolist())), ca.vec(basis.T))
     F, G, H = ca.vertsplit(values, len(zeta))
     c = end * zeta
     return FreeCurve(c**3 * F, c * G, c**4 * H)

@@ -13,10 +13,10 @@ point it lies.  Where J loses its rank but for one closure, the tangent is the n
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 import casadi as ca
 import numpy as np
@@ -25,13 +25,19 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from ..base.threads import one_thread
-from ..model.equations import Scalars, symbolic
-from .closures import Closing, chart, derivatives, equations, parameters, symbols
+from ..model.bond import Piece
+from ..model.equations import Scalars, identity_terms, symbolic
+from .closures import TERMS, Closing, chart, derivatives, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense, keep
 from .discretisation import Discretisation
 
 #: Step along the imaginary axis.  No difference is taken, so that it may be as small as this.
 IMAGINARY = 1e-30
+
+
+#: Size of a term that is a product of some ten factors, next to that of a sum of as many terms, of which the
+#: units of rounding are said: the roundings of a product are relative, and of independent signs.
+PRODUCTS = 0.5
 
 
 class Factors(Protocol):
@@ -230,8 +236,18 @@ class Linearised:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Size of the terms of every equation, |J| |x|."""
-        sizes: np.ndarray = abs(self.matrix) @ np.abs(self.x)
+        """Size of the terms of every equation: |J| |x|, or that of the terms themselves where they are known.
+
+        |J| |x| counts a term as often as its degree, as if each power of a scalar were a sum of its own.
+        """
+        moduli, x, problem = abs(self.matrix), np.abs(self.x), self.problem
+        sizes: np.ndarray = moduli @ x
+        s, given = problem.scalars(self.x), (closure.parameters for closure in self.closing)
+        count_closures_once(sizes, s, [closure.kind for closure in self.closing], list(given))
+        if problem.identity_row is not None:
+            shape = slice(0, problem.tail.start)
+            through_shape = float((moduli[problem.identity_row, shape] @ x[shape]).item())
+            count_identity_once(sizes, s, problem.identity_row, problem.phases[0], through_shape)
         return sizes
 
     def sign(self) -> int:
@@ -277,6 +293,26 @@ class Linearised:
         last[-1] = 1.0
         along = self.factors.solve(last)
         return along / np.linalg.norm(chart(self.tail)[1] @ along[self.problem.tail])
+
+
+def count_closures_once(sizes: np.ndarray, s: Scalars, kinds: Sequence[str], given: Sequence[Any]) -> None:
+    """Put the sizes of the terms themselves in those of the last equations, the closures, where known.
+
+    ``sizes`` has shape (..., equations), the scalars and the numbers of each closure that of its first axes.
+    """
+    for row, (kind, numbers) in enumerate(zip(kinds, given, strict=True), start=-len(kinds)):
+        if kind in TERMS:
+            sizes[..., row] = PRODUCTS * TERMS[kind](s, *numbers)
+
+
+def count_identity_once(sizes: np.ndarray, s: Scalars, row: int, tip: Piece, through_shape: Any) -> None:
+    """Put the sizes of the terms themselves in that of the identity, where they are known.
+
+    ``through_shape`` is the part of |J| |x| that the height of the tip, a sum over the shape, brings with it.
+    """
+    terms = identity_terms(s, tip)
+    if terms is not None:
+        sizes[..., row] = PRODUCTS * terms + through_shape
 
 
 def rate(

@@ -308,6 +308,11 @@ class SceneSpectralDiscretisation(SceneDiscretisation, SpectralDiscretisation):
         """What stands for the scalars among the unknowns: they themselves."""
         return Scalars
 
+    @property
+    def identity_row(self) -> int | None:
+        """Its identity is that of the scene, whose terms are not counted."""
+        return None
+
     def pack(self, profile: Profile) -> np.ndarray:
         """Unknowns that represent a profile with these phases."""
         numbers = profile.numbers if isinstance(profile, SceneProfile) else {}

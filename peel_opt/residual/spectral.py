@@ -124,6 +124,11 @@ class SpectralDiscretisation(Discretisation):
         """What stands for the scalars among the unknowns."""
         return LowPressure if self.settings.low_pressure else Scalars
 
+    @property
+    def identity_row(self) -> int | None:
+        """After (12a) and K(1) = 0, if the tip is free."""
+        return self.field_count + 1 if self.phases[0].lost is not None else None
+
     def with_form(self, *, low_pressure: bool) -> SpectralDiscretisation:
         """Return the same problem with the scalars in this form among the unknowns."""
         return _discretise(replace(self.settings, low_pressure=low_pressure), self.phases)

@@ -87,6 +87,8 @@ class Stack:
         #: Unknowns that the shape depends on beside the scalars.
         self.shape = self.nodes + self.free
         self.size = self.shape + 4
+        #: Which equation is the identity.
+        self.identity_row = self.nodes + 1
         #: The phase with nodes by itself.
         self._problem = settings.discretise(phases[-1:])
         self._matrix = np.vstack(self._problem.chain(self._problem.zeta))

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.model.equations import LowPressure, Scalars, identity, identity_terms
 from peel_opt.residual.accuracy import SAFE, can_estimate, defect, refinement
-from peel_opt.residual.closures import Closure
+from peel_opt.residual.batch import solve
+from peel_opt.residual.closures import EQUATIONS, TERMS, Closure
+from peel_opt.residual.compiled_stack import CompiledStack
 from peel_opt.residual.linear import Linearised
 from peel_opt.residual.newton import correct
 from peel_opt.residual.spectral import SpectralDiscretisation
+from peel_opt.residual.stack import stack_of
 
 
 @pytest.mark.parametrize(
@@ -81,3 +85,56 @@ def test_a_mesh_that_does_not_resolve_a_shape_has_no_error() -> None:
     eq = po.length_given_pressure(po.Rod.from_ratio(1.0), 0.5, method=po.Spectral(3), tol=10.0, throw=False)
     assert eq.status == "not-certified"
     assert "its error inf" in eq.message
+
+
+SIGNS = {  # of numbers with which no term of a closure takes anything from another
+    "ratio": (Scalars(1.3, 2.1, 1.7, 90.0), -3.0),
+    "pressure": (Scalars(1.3, 2.1, 1.7, 90.0), 0.2),
+    "alpha1": (Scalars(1.3, 2.1, 1.7, 90.0), -5.0),
+}
+
+
+@pytest.mark.parametrize("kind", TERMS)
+def test_the_terms_of_a_closure_are_counted_once(kind: str) -> None:
+    s, number = SIGNS[kind]
+    whole = float(EQUATIONS[kind](s, number))
+    assert float(TERMS[kind](s, abs(number) if kind == "ratio" else number)) == pytest.approx(
+        whole, rel=1e-14
+    )
+
+
+def test_the_terms_of_the_pressure_are_those_of_both_forms() -> None:
+    low = LowPressure.of_unknowns(2.0, 1e-3, 100.0, 1.0)
+    assert low.pressure_terms(1e-9) == pytest.approx(2e-3 + 1e-3, rel=1e-12)
+    assert Scalars(*low.values).pressure_terms(1e-9) == pytest.approx(2e6, rel=1e-8)
+
+
+@pytest.mark.parametrize(("ratio", "pressure"), [(1.0, 0.8), (1.0, 0.2), (2000.0, 1e-5)])
+def test_the_terms_of_the_identity_are_counted_once(ratio: float, pressure: float) -> None:
+    solved = po.length_given_pressure(po.Rod.from_ratio(ratio), pressure, method=po.Spectral(16)).source
+    problem, given = solved.problem, (Closure("ratio", ratio), Closure("pressure", pressure))
+    at = Linearised.at(problem, solved.x, *given)
+    row, s = problem.identity_row, problem.scalars(solved.x)
+    first = s.load if problem.phases[0].lets_go else s.m
+    second = first - identity(problem.profile(solved.x).ends[0], s, problem.phases[0])
+    assert abs(at.equations[row]) < 1e-9 * abs(first)
+    # Of a load that is the difference of two, both count.
+    terms = abs(s.m) + s.beta0 / s.A if problem.phases[0].lets_go else abs(first)
+    assert identity_terms(s, problem.phases[0]) == pytest.approx(terms + abs(second), rel=1e-8)
+    degrees = (abs(at.matrix) @ np.abs(solved.x))[row]
+    assert 0.1 * degrees < at.sizes[row] < degrees
+
+
+def test_a_stack_counts_as_one_state_does() -> None:
+    for ratio, pressure in ((1.0, 0.8), (1.0, 0.2)):
+        solved = po.length_given_pressure(po.Rod.from_ratio(ratio), pressure, method=po.Spectral(16)).source
+        problem, given = solved.problem, (Closure("ratio", ratio), Closure("pressure", pressure))
+        stack = CompiledStack.of(problem.settings, problem.phases)
+        together = solve(stack, ("ratio", "pressure"), np.array([[ratio, pressure]]), solved.x[None])
+        single = Linearised.at(problem, together.x[0], *given).sizes
+        np.testing.assert_allclose(together.sizes[0], single, rtol=1e-6)
+        dense = stack_of(problem.settings, problem.phases)
+        there = solve(
+            dense, ("ratio", "pressure"), np.array([[ratio, pressure]]), dense.gathered(solved.x[None])
+        )
+        np.testing.assert_allclose(there.sizes[0, -2:], single[-2:], rtol=1e-6)

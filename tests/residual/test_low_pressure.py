@@ -12,6 +12,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.model.equations import LowPressure, Scalars
+from peel_opt.plots.figures.minimum_pressure import least_pressure
 from peel_opt.residual.newton import sharper
 from peel_opt.residual.spectral import SpectralDiscretisation
 
@@ -35,6 +36,28 @@ def test_slender_rods_are_answered_beside_their_least_pressure(ratio: float) -> 
     # sbar leaves its value at the least pressure with a square root.
     gaps = np.array(longer[:3]) - longer[0]
     assert gaps[2] / gaps[1] == pytest.approx((1e-5**0.5 - 1e-4) / (1e-7**0.5 - 1e-4), rel=2e-2)
+
+
+@pytest.mark.parametrize("ratio", [1100.0, 2000.0, 2990.0])
+def test_none_is_refused_a_billionth_above_it(ratio: float) -> None:
+    rod = po.Rod.from_ratio(ratio)
+    P = least_pressure(ratio) * (1.0 + 1e-9)
+    answers = [po.length_given_pressure(rod, P)]
+    answers += [po.length_given_pressure(rod, P, method=po.Spectral(nodes), tol=1e-7) for nodes in (36, 54)]
+    assert answers[0].error <= 1e-8
+    for one, other in pairwise(answers):  # what lies between them is rounding
+        assert abs(one.length_ratio - other.length_ratio) <= one.error + other.error
+
+
+@pytest.mark.parametrize("above", [1e-6, 1e-5, 2e-5])
+def test_the_arc_in_closed_form_is_the_one_at_nodes_to_rounding(above: float) -> None:
+    rod = po.Rod.from_ratio(80.0)
+    P = po.readhesion_pressure(rod).pressure * (1.0 + above)
+    closed, noded = (
+        po.length_given_pressure(rod, P, method=po.Spectral(24, free_arc=free)) for free in (True, False)
+    )
+    # A hundred units lost on the curve were 1e-11 to 4e-11 here.
+    assert abs(closed.length_ratio - noded.length_ratio) <= min(closed.error, noded.error)
 
 
 def test_both_forms_are_the_same_equations() -> None:

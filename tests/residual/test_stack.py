@@ -107,6 +107,20 @@ def test_the_free_curve_solves_its_equations():
     assert np.isnan(free_arc.curve(np.array([free_arc.LONGEST + 0.1])).phi).all()
 
 
+def test_the_free_curve_is_as_good_as_doubles_are():
+    # Integrated by Taylor series with 30 digits (mpmath.odefun).
+    known = {
+        0.5: (0.02083309113501078, 0.4999844995038847, 0.00260407920728255),
+        1.25: (0.3246012351799216, 1.2406122746388704, 0.10089764935169934),
+        2.0: (1.2744363150582714, 1.7754454923760685, 0.5856243834329312),
+        2.5: (2.2369124733279313, 1.6920984557157837, 1.0590417369637732),
+        3.5: (3.7739623129076816, 0.7911813002413663, 1.0912901638098857),
+        4.5: (4.181187784924676, 0.17923801663136127, 0.30909117819122145),
+    }
+    for c, expected in known.items():
+        assert np.array(free_arc.curve(np.array([c])))[:, 0] == pytest.approx(expected, rel=1e-15)
+
+
 def test_the_free_curve_keeps_its_digits_at_the_tip():
     c = np.array([1e-5, 1e-3, 0.01])
     phi, X, Y = free_arc.curve(c)
