@@ -18,7 +18,7 @@ from pydantic import (
 from ..base.checks import parse
 from ..base.errors import InvalidInput
 from ..base.units import DRAG, LENGTH, MASS, NUMBER, PRESSURE, STIFFNESS, WORK, Kind
-from ..model.rod import Rod, plate_stiffness
+from ..model.rod import Rod, Sheet
 
 
 def _read(value: object, info: ValidationInfo, *, kind: Kind, signed: bool = False) -> float:
@@ -135,6 +135,7 @@ class RodTable(CardTable):
         """Return the rod: k = E h^3 / (12 (1 - nu^2)) and G = T0 y0 / 2 fill what is not given."""
         if self.ratio is not None:
             return Rod.from_ratio(self.ratio)
+        sheet = None
         k, T0, y0, G = (
             self.bending_stiffness,
             self.adhesion_strength,
@@ -142,7 +143,8 @@ class RodTable(CardTable):
             self.work_of_separation,
         )
         if self.youngs_modulus and self.thickness and self.poisson_ratio is not None:
-            k = plate_stiffness(self.youngs_modulus, self.thickness, self.poisson_ratio)
+            sheet = Sheet(self.youngs_modulus, self.thickness, self.poisson_ratio)
+            k = sheet.bending_stiffness
         if G and T0:
             y0 = 2.0 * G / T0
         elif G and y0:
@@ -150,7 +152,7 @@ class RodTable(CardTable):
         assert k is not None
         assert T0 is not None
         assert y0 is not None
-        return Rod(k, T0, y0)
+        return Rod(k, T0, y0, sheet=sheet)
 
     def resistance(self) -> dict[str, float]:
         """Return what is known of mass and drag, by the names that `peel_opt.snap` gives them."""

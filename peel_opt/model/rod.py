@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.checks import finite, positive
@@ -22,6 +22,44 @@ RATIOS, FOLLOWED = (0.005, 3000.0), (1e-6, 1e4)
 
 
 @dataclass(frozen=True)
+class Sheet:
+    """What a rod was cut from, where that is known: its numbers may be uncertain.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        E [Pa].
+    thickness : float
+        h [m].
+    poisson_ratio : float
+        nu, above -1 and up to 0.5.
+
+    Raises
+    ------
+    InvalidInput
+    """
+
+    youngs_modulus: float
+    thickness: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "youngs_modulus", positive("youngs_modulus", self.youngs_modulus, "Pa"))
+        object.__setattr__(self, "thickness", positive("thickness", self.thickness, "m"))
+        nu = finite("poisson_ratio", self.poisson_ratio)
+        if not -1.0 < nu <= 0.5:
+            raise InvalidInput(f"poisson_ratio must lie above -1 and up to 0.5, got {nu:g}.")
+        object.__setattr__(self, "poisson_ratio", nu)
+
+    @property
+    def bending_stiffness(self) -> float:
+        """Bent to a cylinder, per unit width, k = E h^3 / (12 (1 - nu^2)) [N m]."""
+        h, nu = self.thickness, self.poisson_ratio
+        # Multiplied out, a slip like 1e200 m becomes infinite, which the rod refuses.
+        return self.youngs_modulus * h * h * h / (12.0 * (1.0 - nu**2))
+
+
+@dataclass(frozen=True)
 class Rod(Shown):
     """An inextensible rod stuck to a plate, per unit width.
 
@@ -33,6 +71,8 @@ class Rod(Shown):
         T0 [Pa], the traction at which the bond starts to open.
     adhesion_range : float
         y0 [m], the separation at which the traction has vanished, law (8).
+    sheet : Sheet, optional
+        What it was cut from, as `from_sheet` knows; it says nothing that k does not, but for `uncertainty`.
 
     Raises
     ------
@@ -49,10 +89,17 @@ class Rod(Shown):
     bending_stiffness: float
     adhesion_strength: float
     adhesion_range: float
+    sheet: Sheet | None = field(default=None, repr=False, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         for name, unit in UNITS.items():
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        if not isinstance(self.sheet, Sheet | None):
+            raise InvalidInput(
+                f"sheet must be a Sheet, got {self.sheet!r:.60}.", remedy="See Rod.from_sheet."
+            )
+        if self.sheet is not None and self.sheet.bending_stiffness != self.bending_stiffness:
+            object.__setattr__(self, "sheet", None)  # one of another stiffness, whose copy this is
 
     @classmethod
     def from_ratio(cls, ratio: float) -> Rod:
@@ -86,7 +133,7 @@ class Rod(Shown):
         Returns
         -------
         Rod
-            Its k is `plate_stiffness`, its y0 is 2 G / T0, law (8).
+            Its k is that of the `Sheet`, its y0 is 2 G / T0, law (8).
 
         Raises
         ------
@@ -100,7 +147,8 @@ class Rod(Shown):
         """
         T0 = positive("strength", strength, "Pa")
         G = positive("work_of_separation", work_of_separation, "J/m^2")
-        return cls(plate_stiffness(youngs_modulus, thickness, poisson_ratio), T0, 2.0 * G / T0)
+        sheet = Sheet(youngs_modulus, thickness, poisson_ratio)
+        return cls(sheet.bending_stiffness, T0, 2.0 * G / T0, sheet=sheet)
 
     @property
     def eta(self) -> float:
@@ -161,30 +209,6 @@ class Rod(Shown):
         )
 
 
-def plate_stiffness(youngs_modulus: float, thickness: float, poisson_ratio: float) -> float:
-    """Return k = E h^3 / (12 (1 - nu^2)) [N m] of a sheet bent to a cylinder, per unit width.
-
-    Parameters
-    ----------
-    youngs_modulus : float
-        E [Pa].
-    thickness : float
-        h [m].
-    poisson_ratio : float
-        nu, above -1 and up to 0.5.
-
-    Raises
-    ------
-    InvalidInput
-    """
-    E, h = positive("youngs_modulus", youngs_modulus, "Pa"), positive("thickness", thickness, "m")
-    nu = finite("poisson_ratio", poisson_ratio)
-    if not -1.0 < nu <= 0.5:
-        raise InvalidInput(f"poisson_ratio must lie above -1 and up to 0.5, got {nu:g}.")
-    # Multiplied out, a slip like 1e200 m becomes infinite, which the rod refuses.
-    return E * h * h * h / (12.0 * (1.0 - nu**2))
-
-
 def require_ratio(ratio: float, limits: tuple[float, float] = RATIOS) -> float:
     """Return eta/y0 if it is within limits, or say that it is not."""
     low, high = limits
@@ -241,7 +265,9 @@ class Units:
 
     def of_number(self, name: str) -> str:
         """Return the unit of a number by its name, empty if it has none."""
-        named = {"pressure": self.pressure, "length": self.length}
+        named = {"pressure": self.pressure, "length": self.length, "flaw": self.length}
+        named |= {"youngs_modulus": self.pressure, "thickness": self.length}
+        named |= {"work_of_separation": "J/m^2" if self.pressure == "Pa" else self.force}
         named |= zip(MATERIAL, (self.stiffness, self.pressure, self.length), strict=True)
         return named.get(name, "")
 

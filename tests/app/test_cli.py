@@ -443,10 +443,11 @@ def test_the_commands_over_many_rods_print_nothing_but_their_result(call, tmp_pa
 
 def test_where_no_sample_has_an_answer_the_code_says_so(call, monkeypatch):
     from peel_opt.studies.uncertainty import run as propagation
+    from peel_opt.studies.uncertainty.fates import Sampled
 
-    def none(rod, drawn, *_):
-        count = len(drawn.inputs)
-        return np.full(count, np.nan), np.full(count, "no-equilibrium"), 0.0
+    def none(rod, varied, *_):
+        count = len(varied["pressure"])
+        return Sampled(np.full(count, np.nan), np.full(count, "no-equilibrium"), 0.0)
 
     monkeypatch.setattr(propagation, "_answers", none)
     spread = ("--pressure", "0.7 T0 +- 1 %", "--card", AORTA, "--samples", "4")

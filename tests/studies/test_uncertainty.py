@@ -16,6 +16,7 @@ from scipy import stats
 import peel_opt as po
 from peel_opt.analysis.maxwell_derivative import maxwell_gradient
 from peel_opt.app.cli.main import main
+from peel_opt.studies.uncertainty.fates import Sampled
 from peel_opt.studies.uncertainty.inputs import split, spread_of
 from peel_opt.studies.uncertainty.limits_of_many import interpolated
 from peel_opt.studies.uncertainty.sample import Sample
@@ -180,10 +181,10 @@ def test_sobol_indices_of_the_ishigami_function() -> None:
 def test_a_mixed_sample_without_an_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     from peel_opt.studies.uncertainty import run as propagation
 
-    def answers(rod: po.Rod, drawn: Sample, *_: Any) -> tuple[np.ndarray, np.ndarray, float]:
-        values = np.full(len(drawn.inputs), 1.7e-3)
-        values[drawn.main + 3] = math.nan
-        return values, np.full(len(values), "certified"), 0.0
+    def answers(rod: po.Rod, varied: dict[str, np.ndarray], *_: Any) -> Sampled:
+        values = np.full(len(varied["bending_stiffness"]), 1.7e-3)
+        values[8 + 3] = math.nan
+        return Sampled(values, np.full(len(values), "certified"), 0.0)
 
     monkeypatch.setattr(propagation, "_answers", answers)
     found = po.uncertainty(FLAP, SPREAD, pressure=105e3, samples=4)["length"]

@@ -35,6 +35,17 @@ SHEET = {
     "work": "of separation, such as '100 J/m^2'; in the place of one of --T0 and --y0",
 }
 
+#: What the options of a rod are called in Python.
+MATERIAL = {
+    "k": "bending_stiffness",
+    "T0": "adhesion_strength",
+    "y0": "adhesion_range",
+    "E": "youngs_modulus",
+    "thickness": "thickness",
+    "nu": "poisson_ratio",
+    "work": "work_of_separation",
+}
+
 #: Adds a command: name, what it does, function.
 AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
@@ -145,7 +156,7 @@ def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
         from ...model.rod import Rod
 
         return Rod.from_ratio(parse("--ratio", arguments.ratio, NUMBER))
-    return _of_material(material_of(arguments))
+    return rod_of_material(material_of(arguments))
 
 
 #: The ways to describe a rod.
@@ -163,7 +174,7 @@ def material_of(arguments: argparse.Namespace) -> dict[str, str]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _of_material(given: dict[str, str]) -> Rod:
+def rod_of_material(given: dict[str, str]) -> Rod:
     """Return the rod that its material makes: a stiffness or a sheet, and two of T0, y0 and the work."""
     from ...base.checks import parse
     from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK
@@ -183,17 +194,10 @@ def _of_material(given: dict[str, str]) -> Rod:
     missing += [f"--{name}" for name in ("T0", "y0") if name not in bond][: 2 - len(bond)]
     if missing:
         raise InvalidInput(f"a rod needs {' and '.join(missing)} too.")
-    fields = {
-        "k": ("bending_stiffness", STIFFNESS),
-        "T0": ("adhesion_strength", PRESSURE),
-        "y0": ("adhesion_range", LENGTH),
-        "E": ("youngs_modulus", PRESSURE),
-        "thickness": ("thickness", LENGTH),
-        "nu": ("poisson_ratio", NUMBER),
-        "work": ("work_of_separation", WORK),
-    }
+    kinds = {"k": STIFFNESS, "T0": PRESSURE, "y0": LENGTH}
+    kinds |= {"E": PRESSURE, "thickness": LENGTH, "nu": NUMBER, "work": WORK}
     numbers = {
-        fields[name][0]: parse(f"--{name}", text, fields[name][1], signed=name == "nu")
+        MATERIAL[name]: parse(f"--{name}", text, kinds[name], signed=name == "nu")
         for name, text in given.items()
     }
     return RodTable.of(numbers).rod()

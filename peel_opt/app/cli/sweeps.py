@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,27 +11,31 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InvalidInput
 from .common import (
     FAILED,
+    MATERIAL,
     OK,
+    SHEETS,
     AddCommand,
     answer_options,
     card_subject,
     chosen,
     complain,
+    material_of,
     output_options,
     rod_options,
     say,
     say_written,
 )
 from .files import Files, named, out_files
+from .material_of_many import sheet_axes, uncertain_rod
 
 if TYPE_CHECKING:
     from ...base.units import Kind
     from ...model.rod import Rod
     from ...model.scene import Scene
 
-#: Flags that describe the rod and the question: the name in Python, and an example.
-MATERIAL = {"k": "bending_stiffness", "T0": "adhesion_strength", "y0": "adhesion_range"}
+#: Flags of what is given.
 GIVEN = ("pressure", "length")
+GIVEN_OR_FLAW = (*GIVEN, "flaw")
 
 RANGES = """\
 A VALUE is one number, a list "A, B, C", or a range FROM:TO:COUNT, FROM:TO:COUNT:log:
@@ -58,9 +62,10 @@ def _add_sweep(command: AddCommand) -> None:
     sub.epilog = RANGES
     rod_options(
         sub,
-        "--k, --T0 and --y0, or --ratio, or --card and what differs from it",
+        f"{SHEETS}, and what differs from a card",
         examples=("23 uN m", "100:200 kPa:11", "0.73 mm"),
         ratio="eta/y0 alone, with --pressure-ratio or --length-ratio",
+        sheet=True,
     )
     asked = sub.add_argument_group("question", "one of")
     for name, example, ratio, ratios in (
@@ -93,6 +98,8 @@ distribution; "+- 10 % lognormal"; "+- 10 % uniform" and "20 uN m .. 26 uN m" fo
   peel-opt uncertainty --card problems/office_tape.toml --k "+- 20 % lognormal" --length "0.9 mm +- 10 um"
 Numbers of a card's [scene] may be uncertain, too:
   peel-opt uncertainty --card problems/tape_in_stream.toml --spread "unbonded=+- 10 %" --pressure "20 kPa"
+  peel-opt uncertainty --E "1.5 GPa +- 10 %" --thickness "40 um +- 2 um" --nu 0.4 --T0 "0.5 MPa" \\
+      --work "100 J/m^2 +- 15 %" --pressure "200 kPa" --correlation "E,thickness=-0.4"
 Without a pressure or a length, of a rod: the readhesion pressure and the length at the Maxwell point.
 """
 
@@ -103,9 +110,10 @@ def _add_uncertainty(command: AddCommand) -> None:
     sub.epilog = SPREADS
     rod_options(
         sub,
-        "--k, --T0 and --y0, or --card; spreads alone with --card",
+        f"{SHEETS}; spreads alone with --card",
         examples=("23 uN m +- 10 %", "140 kPa +- 5 %", "0.7 mm .. 0.8 mm"),
         ratio="",
+        sheet=True,
     )
     sub.add_argument(
         "--spread",
@@ -117,7 +125,26 @@ def _add_uncertainty(command: AddCommand) -> None:
     sub.add_argument("--pressure", metavar="VALUE", help="for the length; such as '60 kPa +- 2 kPa'")
     sub.add_argument("--length", metavar="VALUE", help="for the pressure; such as '1.9 mm +- 50 um'")
     sub.add_argument(
-        "--of", nargs="+", metavar="NAME", help="pressure, length, readhesion_pressure, maxwell_length"
+        "--flaw", metavar="VALUE", help="never glued, for its safe pressure; such as '0.5 mm +- 10 %%'"
+    )
+    sub.add_argument(
+        "--of",
+        nargs="+",
+        metavar="NAME",
+        help="pressure, length, critical_flaw (at a pressure), safe_pressure (of a flaw),"
+        " readhesion_pressure, maxwell_length, critical_length",
+    )
+    sub.add_argument(
+        "--hold",
+        metavar="NAME",
+        help="work_of_separation: it stays where --T0 is uncertain, and --y0 follows",
+    )
+    sub.add_argument(
+        "--correlation",
+        metavar="NAME,NAME=VALUE",
+        action="append",
+        default=[],
+        help="of two inputs, such as 'E,thickness=-0.4'; may be repeated",
     )
     sub.add_argument("--samples", type=int, default=256, metavar="N", help="a power of 2 (256)")
     sub.add_argument("--seed", type=int, default=0, help="of the samples (0)")
@@ -134,19 +161,24 @@ def _work_options(sub: argparse.ArgumentParser) -> None:
 
 def _uncertainty(arguments: argparse.Namespace) -> int:
     """Propagate, print and write; that some samples have no answer is part of the result."""
-    from ...studies.uncertainty.limits_of_many import LIMITS
+    from ...studies.uncertainty.flaws_of_many import SNAPS_AT
+    from ...studies.uncertainty.limits_of_many import CRITICAL_LENGTH, LIMITS
     from ...studies.uncertainty.run import uncertainty
     from ..report import as_json
 
     subject, given, spread = _uncertain(arguments)
     files = out_files(arguments)
-    asked = {"rod": subject, "given": given, "spread": spread} | chosen(arguments, "law", "state")
+    correlations = _correlations(arguments.correlation)
+    asked = {"rod": subject, "given": given, "spread": spread, "correlations": repr(correlations)}
+    asked |= chosen(arguments, "law", "state", "hold")
     stem = named("samples", arguments)
-    pictures = [named(name, arguments) + ".png" for name in (*GIVEN, *LIMITS) if files.pictures]
+    every = (*GIVEN, *SNAPS_AT, *LIMITS, CRITICAL_LENGTH)
+    pictures = [named(name, arguments) + ".png" for name in every if files.pictures]
     files.claim({"uncertainty": asked}, f"{stem}.csv", *pictures)
-    names = ("of", "law", "state", "method", "tol", "workers", "samples", "seed")
+    names = ("of", "hold", "law", "state", "method", "tol", "workers", "samples", "seed")
     options = chosen(arguments, *names) | given
-    found = uncertainty(subject, spread, indices=not arguments.no_indices, **options)
+    indices = not arguments.no_indices
+    found = uncertainty(subject, spread, indices=indices, correlations=correlations, **options)
     say(as_json(found.record()) if arguments.json else repr(found))
     if files:
         found.to_csv(files.folder / f"{stem}.csv")
@@ -159,42 +191,47 @@ def _uncertainty(arguments: argparse.Namespace) -> int:
     return OK
 
 
+def _correlations(texts: list[str]) -> dict[tuple[str, str], float] | None:
+    """Return correlations by pairs of names, which may be those of the options."""
+    from ...base.checks import parse
+    from ...base.units import NUMBER
+
+    found = {}
+    for pair, equals, value in (text.partition("=") for text in texts):
+        names = [MATERIAL.get(name.strip(), name.strip()) for name in pair.split(",")]
+        if not equals or len(names) != 2:
+            raise InvalidInput(
+                f"--correlation {pair}{equals}{value} names no two inputs.", remedy="Write E,thickness=-0.4."
+            )
+        found[names[0], names[1]] = parse(f"--correlation {pair}", value.strip(), NUMBER, signed=True)
+    return found or None
+
+
 def _uncertain(arguments: argparse.Namespace) -> tuple[Rod | Scene, dict[str, float], dict[str, str]]:
     """Return the nominal rod or scene, what is given, and the spreads as texts."""
     from ...base.checks import parse
     from ...base.units import NUMBER
-    from ...model.rod import Rod
     from ...model.scene import Scene
     from ...studies.uncertainty.inputs import KINDS, middle, split
 
     card = None if arguments.card is None else card_subject(arguments.card)
     base = card.rod if isinstance(card, Scene) else card
     plain = base is not None and base.dimensionless
-    spread: dict[str, str] = {}
-
-    def values(flags: Mapping[str, str], own: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-        """Return the values of flags by name, and note their spreads."""
-        found = {}
-        for flag, name in flags.items():
-            if (text := getattr(arguments, flag)) is None:
-                continue
-            value, around = split(text)
-            kind = NUMBER if plain else KINDS[name]
-            if value:
-                found[name] = parse(f"--{flag}", value, kind, own=own.get(name))
-            elif ".." in around:
-                found[name] = middle(f"--{flag}", around, kind)
-            if around:
-                spread[name] = around
-        return found
-
-    numbers = values(MATERIAL, {})
-    if missing := [f"--{flag}" for flag, name in MATERIAL.items() if name not in numbers and base is None]:
-        raise InvalidInput(f"a rod needs the value of {' and '.join(missing)} too.", remedy="Or give --card.")
-    rod = Rod(*(numbers[name] if name in numbers else getattr(base, name) for name in MATERIAL.values()))
-    given = values({name: name for name in GIVEN}, _own_units(rod))
+    rod, spread = uncertain_rod(arguments, base)
+    given: dict[str, float] = {}
+    for name in GIVEN_OR_FLAW:
+        if (text := getattr(arguments, name)) is None:
+            continue
+        value, around = split(text)
+        kind = NUMBER if plain else KINDS[name]
+        if value:
+            given[name] = parse(f"--{name}", value, kind, own=_own_units(rod)[name])
+        elif ".." in around:
+            given[name] = middle(f"--{name}", around, kind)
+        if around:
+            spread[name] = around
     subject = _scene_values(card, rod, arguments.spread, spread)
-    if lost := [name for name in spread if name in GIVEN and name not in given]:
+    if lost := [name for name in spread if name in GIVEN_OR_FLAW and name not in given]:
         raise InvalidInput(f"--{lost[0]} has a spread but no value.")
     if not spread:
         raise InvalidInput(
@@ -229,10 +266,8 @@ def _scene_values(
 
 def _own_units(rod: Rod) -> dict[str, dict[str, float]]:
     """Return the units that a rod itself brings, by what they measure."""
-    return {
-        "pressure": {"T0": rod.adhesion_strength},
-        "length": {"eta": rod.eta, "y0": rod.adhesion_range},
-    }
+    lengths = {"eta": rod.eta, "y0": rod.adhesion_range}
+    return {"pressure": {"T0": rod.adhesion_strength}, "length": lengths, "flaw": lengths}
 
 
 def _sweep(arguments: argparse.Namespace) -> int:
@@ -311,9 +346,10 @@ def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | Scene | 
     plain = rod is not None and rod.dimensionless
     kinds = {"k": STIFFNESS, "T0": PRESSURE, "y0": LENGTH, "pressure": PRESSURE, "length": LENGTH}
     # A rod that varies has no units of its own.
-    own = {} if rod is None or chosen(arguments, *MATERIAL) else _own_units(rod)
-    axes: dict[str, Any] = {}
-    for flag in (*MATERIAL, "ratio", "beta0", "beta1", "lam", *_GIVEN_FLAGS):
+    own = {} if rod is None or material_of(arguments) else _own_units(rod)
+    axes: dict[str, Any] = sheet_axes(arguments)
+    bond = ("T0", "y0") if arguments.work is None else ()
+    for flag in ("k", *bond, "ratio", "beta0", "beta1", "lam", *_GIVEN_FLAGS):
         text = getattr(arguments, flag)
         if text is not None:
             kind = NUMBER if plain else kinds.get(flag, NUMBER)

@@ -133,7 +133,7 @@ def coarse_rods(
 
 
 def _ratios(known: Mapping[str, float]) -> np.ndarray:
-    return GRID if len(known) < len(MATERIAL) else np.array([Rod(**known).ratio])
+    return GRID if len(known) < len(MATERIAL) else np.array([Rod(*(known[name] for name in MATERIAL)).ratio])
 
 
 def _log_pair(observation: Observation) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from ...base.records import (
     titled,
     write_netcdf,
 )
-from ...model.rod import Rod, Units
+from ...model.rod import MATERIAL, Rod, Units
 from .answers import NUMBERS, TEXTS
 from .plan import given_among
 
@@ -176,7 +176,7 @@ class Sweep(Pictured, Stored):
         return {
             "axes": list(self.axes),
             "fixed": self.fixed,
-            "rod": None if self.rod is None else asdict(self.rod),
+            "rod": None if self.rod is None else {name: getattr(self.rod, name) for name in MATERIAL},
             "zipped": self.zipped,
             "asked": self.asked,
             "units": None if self.units is None else asdict(self.units),

@@ -8,7 +8,7 @@
     "10 % lognormal"             the same mean and standard deviation, never negative
     "10 % uniform"               evenly within 10 per cent on both sides
     "20 uN m .. 26 uN m"         evenly between two values
-    scipy.stats.gamma(4, ...)    any frozen distribution of SciPy
+    scipy.stats.gamma(4, ...)    any frozen distribution of SciPy, of its older and newer kind
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scipy import stats
 
 from ...base.checks import finite, parse, positive
 from ...base.errors import InvalidInput
-from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, Kind, in_si
+from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, in_si
 from ...base.units import KINDS as BY_UNIT
 from ...model.dimension import Dimension
 from ...model.rod import Rod, Units
@@ -35,8 +35,13 @@ KINDS = {
     "bending_stiffness": STIFFNESS,
     "adhesion_strength": PRESSURE,
     "adhesion_range": LENGTH,
+    "youngs_modulus": PRESSURE,
+    "thickness": LENGTH,
+    "poisson_ratio": NUMBER,
+    "work_of_separation": WORK,
     "pressure": PRESSURE,
     "length": LENGTH,
+    "flaw": LENGTH,
 }
 
 SHAPES = ("normal", "lognormal", "uniform")
@@ -114,7 +119,8 @@ class InputUnit:
     @classmethod
     def of(cls, name: str, units: Units) -> InputUnit:
         """Return what one of `KINDS` measures, in the units of a rod."""
-        return cls(units.of_number(name), si_of(name, units), KINDS[name] if units == SI else NUMBER)
+        kind = KINDS[name] if units == SI else NUMBER
+        return cls(units.of_number(name), si_of(name, units), kind, signed=name == "poisson_ratio")
 
     @classmethod
     def in_scene(cls, dimension: Dimension, rod: Rod) -> InputUnit:
@@ -150,6 +156,9 @@ def spread_of(name: str, given: Any, nominal: float, measure: InputUnit | None =
         distribution, words = _from_text(name, given, nominal, measure)
     elif hasattr(given, "ppf") and hasattr(given, "std"):
         distribution, words = given, _family(name, given)
+    elif hasattr(given, "icdf") and hasattr(given, "standard_deviation"):
+        distribution = _Newer(given)
+        words = _family(name, distribution)
     elif isinstance(given, tuple | list | np.ndarray):
         if np.ndim(given) != 1 or len(given) != 2:
             raise InvalidInput(f"the range of {name} must be two numbers, from and to, got {given!r}.")
@@ -174,6 +183,26 @@ def spread_of(name: str, given: Any, nominal: float, measure: InputUnit | None =
             remedy="Numbers are in SI units.",
         )
     return spread
+
+
+class _Newer:
+    """A distribution of SciPy's newer kind, `scipy.stats.Normal` and those like it, with the older names."""
+
+    def __init__(self, given: Any) -> None:
+        self._given = given
+        self.dist = type("Named", (), {"name": type(given).__name__.lower()})
+
+    def ppf(self, shares: np.ndarray) -> np.ndarray:
+        """Return the values below which the given shares lie."""
+        return np.asarray(self._given.icdf(shares), dtype=float)
+
+    def mean(self) -> float:
+        """Mean."""
+        return float(self._given.mean())
+
+    def std(self) -> float:
+        """Standard deviation."""
+        return float(self._given.standard_deviation())
 
 
 def _family(name: str, given: Any) -> str:

@@ -11,11 +11,16 @@ import numpy as np
 from ...analysis.design_relations import maxwell_length
 from ...analysis.flaws import PressureLimit, readhesion_pressure
 from ...analysis.maxwell_derivative import maxwell_gradient
+from ...base.arrays import EPS
 from ...base.errors import InvalidInput, NoEquilibrium, PeelOptError
 from ...model.rod import MATERIAL, Rod
 from ..sweep.table import CERTIFIED
+from .fates import Sampled
 
 LIMITS = ("readhesion_pressure", "maxwell_length")
+
+#: A number of the rod in closed form, equation (20).
+CRITICAL_LENGTH = "critical_length"
 
 #: Degrees at which a number of r alone is interpolated over the sampled range.
 DEGREES = (8, 16, 32)
@@ -53,6 +58,17 @@ def limits_of(
     found, status[sound], error = interpolated(_least_pressure, eta / y0[sound], tol)
     values[sound] = T0[sound] * found
     return values, status, error * float(np.max(T0[sound], initial=0.0))
+
+
+def critical_lengths(rods: Mapping[str, np.ndarray]) -> Sampled:
+    """Return the detached lengths at T of many rods, pi (k y0 / T0)^(1/4)."""
+    k, T0, y0 = (rods[material] for material in MATERIAL)
+    status = np.full(k.shape, CERTIFIED, dtype="<U24")
+    sound = (k > 0.0) & (T0 > 0.0) & (y0 > 0.0)
+    status[~sound] = InvalidInput.status
+    values = np.full(k.shape, math.nan)
+    values[sound] = math.pi * (k[sound] * y0[sound] / T0[sound]) ** 0.25
+    return Sampled(values, status, 4.0 * EPS * float(np.nanmax(values, initial=0.0)))
 
 
 def _maxwell_error(least: float) -> float:

@@ -13,6 +13,7 @@ from ...base.drawing import Pictured, draw
 from ...base.errors import InvalidInput
 from ...base.records import Column, Table, Tabled
 from ...base.units import display
+from .fates import FATES
 from .inputs import Spread
 
 if TYPE_CHECKING:
@@ -85,6 +86,11 @@ class Propagated(Columns):
         None unless asked for and every sample has an answer, the mixed ones of the indices too.
     unmixed : int
         How many of the mixed samples have no answer.
+    fates : dict of int
+        What becomes of the samples that have no answer, as far as that is known: how many "re-adhere",
+        "break off", "grow stably" or "make no rod", in words in `FATES`.
+    correlated : bool
+        Whether the inputs depend on each other: then no share of the variance is that of one input.
     """
 
     name: str
@@ -99,6 +105,8 @@ class Propagated(Columns):
     error: float
     indices: SobolIndices | None
     unmixed: int = 0
+    fates: dict[str, int] = field(default_factory=dict)
+    correlated: bool = False
 
     @property
     def found(self) -> np.ndarray:
@@ -139,7 +147,7 @@ class Propagated(Columns):
         """What a reader of the numbers must know."""
         words = []
         if self.failed:
-            listed = ", ".join(f"{count} {status}" for status, count in self.reasons.items())
+            listed = ", ".join(self._left_out)
             words.append(
                 f"{percent(self.failed)} of {self.values.size} samples have no answer ({listed});"
                 " mean, sd and quantiles are those of the others, and there are no Sobol indices"
@@ -162,6 +170,16 @@ class Propagated(Columns):
             words.append(self.indices.statement)
         return tuple(words)
 
+    @property
+    def _left_out(self) -> list[str]:
+        """How many samples have no answer, and what becomes of them."""
+        known = [f"{count} {fate}: {FATES[fate]}" for fate, count in self.fates.items()]
+        statuses = [f"{count} {status}" for status, count in self.reasons.items()]
+        left = sum(self.reasons.values()) - sum(self.fates.values())
+        if not known:
+            return statuses
+        return [*known, f"{left} others of {' and '.join(statuses)}"] if left else known
+
     def record(self) -> dict[str, Any]:
         """Return the results as plain data."""
         shares = {f"{share:g}": self.quantile(share) for share in (0.025, 0.16, 0.5, 0.84, 0.975)}
@@ -172,6 +190,7 @@ class Propagated(Columns):
             "linear": {"mean": self.linear_mean, "sd": self.linear_sd, "derivatives": self.derivatives},
             "sampled": {"mean": self.mean, "sd": self.sd, "quantiles": shares, "samples": self.values.size},
             "failed": dict(self.reasons),
+            "fates": dict(self.fates),
             "nonlinearity": self.nonlinearity,
             "error": self.error,
             "warnings": list(self.warnings),
@@ -207,6 +226,8 @@ class Propagated(Columns):
                     f"    {name:<18} first {self.indices.first[i]:6.3f}  total {self.indices.total[i]:6.3f}"
                     f"  ({low:.3f} to {high:.3f})"
                 )
+        if self.correlated:
+            lines.append("  no Sobol indices: the inputs are correlated")
         return "\n".join([*lines, *(f"  WARNING: {words}" for words in self.warnings)])
 
 
@@ -222,12 +243,15 @@ class Uncertainty(Pictured, Tabled):
         The sampled inputs [SI]; those that are certain are left out.
     missing : dict of str
         Why the nominal rod has no such number, for those that are given by default.
+    correlations : ndarray, shape (inputs, inputs), or None
+        Of the inputs; None where they are independent of each other.
     """
 
     inputs: dict[str, Spread]
     quantities: dict[str, Propagated]
     samples: dict[str, np.ndarray]
     missing: dict[str, str] = field(default_factory=dict)
+    correlations: np.ndarray | None = None
 
     def __getitem__(self, name: str) -> Propagated:
         try:
@@ -249,7 +273,19 @@ class Uncertainty(Pictured, Tabled):
             for name, s in self.inputs.items()
         }
         results = [found.record() for found in self.quantities.values()]
-        return {"inputs": inputs, "results": results, "missing": self.missing}
+        record = {"inputs": inputs, "results": results, "missing": self.missing}
+        if self.correlations is not None:
+            record["correlations"] = [{"inputs": [a, b], "value": rho} for a, b, rho in self._pairs]
+        return record
+
+    @property
+    def _pairs(self) -> list[tuple[str, str, float]]:
+        """The inputs that are correlated."""
+        if self.correlations is None:
+            return []
+        names = list(self.inputs)
+        pairs = zip(*np.nonzero(np.tril(self.correlations, -1)), strict=True)
+        return [(names[j], names[i], float(self.correlations[i, j])) for i, j in pairs]
 
     def _table(self) -> Table:
         """One line a sample: the inputs and the numbers, in SI units or those of the rod."""
@@ -274,6 +310,7 @@ class Uncertainty(Pictured, Tabled):
             f" ({percent(s.sd / abs(s.nominal))} of the nominal value)"
             for s in self.inputs.values()
         ]
+        lines += (f"correlation of {a} and {b}: {rho:.4g}" for a, b, rho in self._pairs)
         lines += (str(found) for found in self.quantities.values())
         return "\n".join([*lines, *(f"{name}: none, {reason}" for name, reason in self.missing.items())])
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...base.checks import whole
 from ...base.errors import InvalidInput
 from ..sweep.plan import MOST_POINTS
+from .correlation import Scores
 from .inputs import Spread
 from .result import SobolIndices
 
@@ -35,7 +36,9 @@ class Sample:
     size: int
 
     @classmethod
-    def drawn(cls, spreads: Sequence[Spread], size: int, seed: int, mixed: bool) -> Sample:
+    def drawn(
+        cls, spreads: Sequence[Spread], size: int, seed: int, mixed: bool, scores: Scores | None = None
+    ) -> Sample:
         """Draw from a scrambled Sobol sequence of twice the dimension, as Saltelli does.
 
         Raises
@@ -56,6 +59,9 @@ class Sample:
         shares = qmc.Sobol(d=2 * count, scramble=True, seed=np.random.default_rng(seed), bits=32).random(size)
         # The sequence may hit 0, where a normal distribution has no quantile.
         shares = np.clip(shares, 2.0**-33, 1.0 - 2.0**-33)
+        if scores is not None:
+            halves = (shares[:, :count], shares[:, count:])
+            shares = np.concatenate([scores.correlated(half) for half in halves], axis=1)
         columns = [spreads[i % count].quantiles(shares[:, i]) for i in range(2 * count)]
         for i, column in enumerate(columns):
             if not np.isfinite(column).all():
