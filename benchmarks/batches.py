@@ -20,7 +20,7 @@ COUNT = 4000
 
 
 def diagram() -> list[Figure]:
-    """The beta0 = 4 diagram in one call, over two solve_bvp solves."""
+    """The beta0 = 4 diagram in one call, over a solve_bvp solve."""
     reference = po.equilibrium(beta0=4.0, lam=1.0, method=REFERENCE, tol=1e-4)
     peer: BvpPeer = peer_from(kernel_start(4.0, 1.0), reference)
     tol, _ = peer_at(peer, reference.answer, ACCURACY)
@@ -30,9 +30,9 @@ def diagram() -> list[Figure]:
     whole, single = alternating(call, lambda: peer.solve(tol), repeats=9)
     note = f"{len(branch.lam)} points, error <= {np.max(branch.error):.0e}, {', '.join(kinds)}"
     return [
-        Figure("(b) trace(beta0=4, lam=(-3, 3))", whole, "ms", note=note),
+        Figure("(b) trace(beta0=4, lam=(-3, 3))", whole, "ms", 6.0, note=note),
         Figure("(b) its points", len(branch.lam), "", 125.0, True),
-        Figure("(b) in solve_bvp solves", whole / single, "", 2.0, note=f"one takes {single:.2f} ms"),
+        Figure("(b) in solve_bvp solves", whole / single, "", 0.7, note=f"one takes {single:.2f} ms"),
     ]
 
 
