@@ -1,8 +1,8 @@
 """The energies of one state of a scene, load by load, and what has none.
 
-A load that keeps its direction, and whose force is a gradient, has a potential: minus the work it
-does as the material goes from where it was glued to where it is.  What turns with the rod has none.
-Everything is per unit width.
+A load that keeps its direction, and whose force is a gradient, has a potential: minus the work it does as
+the material goes from where it was glued to where it is, on an elastic layer from where it came off.  What
+turns with the rod has none.  Everything is per unit width.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
 from ..model.tips import Middle, TipLoad
-from ..residual.scene_load_rates import places_of
+from ..residual.scene_load_rates import attached_places, places_of
 from ..residual.scene_spectral import SceneDiscretisation
 from ..residual.shape import Solution
 from ..residual.solved_again import solved_again
@@ -48,13 +48,14 @@ class EnergyTerms:
     Parameters
     ----------
     bending : float
-        k/2 int (theta' - kappa_n)^2 along the detached part.
+        k/2 int (theta' - kappa_n)^2 along the detached part; on an elastic layer with what the attached part
+        has more than one that lies flat.
     stretch : float
         EA/2 int eps^2 along it, of a rod that stretches.
     glued : float
         What the same stretch of rod had while it lay on its wall, which it brings along.
     separation : float
-        Work done against the bond.
+        Work done against the bond; on an elastic layer along the attached part, too.
     front : float
         Line energy times the detached length.
     potential : dict of float
@@ -114,7 +115,7 @@ def energy_terms(eq: Equilibrium) -> EnergyTerms:
     Raises
     ------
     InvalidInput
-        If it is of no rod, carries no discrete solution, or lies on an elastic layer.
+        If it is of no rod, or carries no discrete solution.
     NotConverged
         If it cannot be solved again on a finer mesh, to tell the error.
     """
@@ -152,11 +153,6 @@ def _in_a_scene(eq: Equilibrium) -> Equilibrium:
             remedy="Compute it again; files and other processes keep the shape only.",
         )
     if isinstance(eq.scene, Scene):
-        if eq.scene.layer is not None:
-            raise InvalidInput(
-                "energies are those of the detached rod: on an elastic layer the attached one bends, too.",
-                remedy="Take law (8), the limit of a stiff layer.",
-            )
         return eq
     scene = Scene(eq.rod, law=eq.source.law)
     if eq.answered == "length_ratio":
@@ -173,12 +169,17 @@ def _read(problem: SceneDiscretisation, x: np.ndarray, points: int) -> EnergyTer
     kn, kw = q.get("natural_curvature", 0.0), float(scene.wall.curvature_of(q))
     EA, strain = _stretched(places, shape, q)
     potential, lost, work = _of_loads(problem, places, share * sbar, q)
-    potential |= _of_the_tip(scene, problem.ends(x)[0], q)
+    tip = problem.ends(x)[0]
+    if problem.beyond:  # the front itself has come along by what the attached rod turns
+        far = float(attached_places(problem, x, np.ones(1))[0][-1, 4])
+        tip = replace(tip, slip=tip.slip - far)
+    potential |= _of_the_tip(scene, tip, q)
+    bent, pulled = _of_the_attached(problem, x, nodes, weights, q)
     return EnergyTerms(
-        bending=float(share @ (shape["curvature"] - kn * sbar) ** 2) / (2.0 * sbar),
+        bending=float(share @ (shape["curvature"] - kn * sbar) ** 2) / (2.0 * sbar) + bent,
         stretch=0.5 * EA * sbar * float(share @ strain**2),
         glued=0.5 * sbar * ((kw - kn) ** 2 + EA * q.get("glued_strain", 0.0) ** 2),
-        separation=float((share * sbar) @ _separated(problem, places, q)),
+        separation=float((share * sbar) @ _separated(problem, places, q)) + pulled,
         front=q.get("line_energy", 0.0) * sbar,
         potential=potential,
         non_conservative=lost,
@@ -186,6 +187,19 @@ def _read(problem: SceneDiscretisation, x: np.ndarray, points: int) -> EnergyTer
         error=np.nan,
         unit="",
     )
+
+
+def _of_the_attached(
+    problem: SceneDiscretisation, x: np.ndarray, nodes: np.ndarray, weights: np.ndarray, q: dict[str, float]
+) -> tuple[float, float]:
+    """Return bending and the energy of the layer along the attached rod, over those of one that lies flat."""
+    if not problem.beyond:
+        return 0.0, 0.0
+    places, shape = attached_places(problem, x, nodes)
+    share, sbar = np.kron(problem.attached_lengths(x), weights), places[0, 5]
+    turned, kn = shape["curvature"], q.get("natural_curvature", 0.0) * sbar
+    bent = float(share @ (turned**2 - 2.0 * kn * turned)) / (2.0 * sbar)
+    return bent, 0.5 * q["layer_stiffness"] * sbar * float(share @ places[:, 3] ** 2)
 
 
 def _stretched(
@@ -222,6 +236,9 @@ def _of_loads(
     """Return the potentials of all loads, what has none, and what each puts into the first integral."""
     scene, count = problem.settings.scene, len(problem.phases)
     way = _moved(places, float(scene.wall.curvature_of(q)))
+    if scene.layer is not None:  # loads act from where the detached rod begins, at a gap of T0/K
+        way[:, 7] += 1.0 / q["layer_stiffness"]
+        way[:, 9] -= 1.0 / q["layer_stiffness"]
     potential: dict[str, float] = {}
     lost: dict[str, str] = {}
     work: dict[str, float] = {}
@@ -235,11 +252,13 @@ def _of_loads(
                 lost.setdefault(name, f"{name}, as it turns with the rod")
             if not field.is_gradient(here):
                 lost[name] = f"{name}, whose force is no gradient"
+            elif scene.layer is not None and field.pulls_along(here):
+                lost[name] = f"{name}, which begins to pull along the wall where the rod comes off"
             elif scene.stretch is not None and load.on_stretched and np.any(field.along(ways)):
                 lost[name] = f"{name}, whose force is no gradient as it goes with the stretch"
             energy -= float(share @ field.along(ways))
             put += float(share @ field.put(here))
-        if energy and "gradient" not in lost.get(name, ""):
+        if energy and not any(word in lost.get(name, "") for word in ("gradient", "along the wall")):
             potential[name] = energy
         if scene.has_identity and scene.is_flat and scene.stretch is None:
             work[name] = put
@@ -282,6 +301,10 @@ class _Field:
     def is_gradient(self, rows: np.ndarray) -> bool:
         """Whether the rest depends on the place alone, and its work not on the way."""
         return bool(np.abs(self._at(rows, 2)).max() <= CONSERVED)
+
+    def pulls_along(self, rows: np.ndarray) -> bool:
+        """Whether the rest has a part along the wall."""
+        return bool(np.abs(self._at(rows, 1)[0]).max() > CONSERVED)
 
     def along(self, ways: np.ndarray) -> np.ndarray:
         """Work of the rest from where the material was glued to where it is, straight on."""

@@ -5,7 +5,7 @@ Everything is in the paper's scaling: lengths over sbar, forces over k/sbar^2, l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import casadi as ca
@@ -43,6 +43,30 @@ class Switch:
 
 
 @dataclass(frozen=True, eq=False)
+class Stretching:
+    """What a rod that stretches has more.
+
+    Parameters
+    ----------
+    stiffness : float
+        EA over k/sbar^2.
+    strain : ndarray, shape (n,)
+    by_strain : ndarray, shape (n, 2)
+        Rates of the load by the strain.
+    parted : float
+        Strain at the edge less that at which the rod is glued.
+    load : float
+        The load at the edge along x.
+    """
+
+    stiffness: float
+    strain: np.ndarray
+    by_strain: np.ndarray
+    parted: float
+    load: float
+
+
+@dataclass(frozen=True, eq=False)
 class LoadRates:
     """A state and the derivatives of its loads, at the same local coordinates of every phase.
 
@@ -67,6 +91,11 @@ class LoadRates:
         theta''(1).
     encloses : bool
         Whether the pressure is what holds the volume under the rod: uniform and normal to it, alone.
+    stretching : Stretching or None
+    attached : ndarray, shape (m,)
+        Lengths of the stretches of the attached rod that move with it on a layer; their places follow.
+    front : Switch or None
+        Where the detached rod ends on a layer.
     """
 
     theta: np.ndarray
@@ -81,6 +110,9 @@ class LoadRates:
     curl: float = 0.0
     bend: float = 0.0
     encloses: bool = True
+    stretching: Stretching | None = None
+    attached: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    front: Switch | None = None
 
 
 def plain_load_rates(problem: Discretisation, x: np.ndarray, zeta: np.ndarray) -> LoadRates:

@@ -19,6 +19,16 @@ height moves along the rod by delta y / |y'|, and with it the bond that has alre
     delta f = -T0 tau'(y) delta y - T0 [tau] delta(xi - xi_k) delta y / |y'(xi_k)|,
 
 a spring at the point xi_k, negative for a traction that drops.
+
+Where the rod stretches, delta eps is a field of its own, with
+
+    delta r' = delta eps t + (1 + eps) phi e,    T = -N,
+
+and the form gains EA delta eps^2 + 2 delta eps phi N.e.  Glued with a strain eps_a, the edge is shifted by
+(eps - eps_a)/theta' phi as its front moves, whose condition has the change of T_x beside that of theta'.
+
+On an elastic layer the attached rod moves, too, clamped where all has decayed.  The front, at a gap of T0/K,
+is one more height at which the load jumps, and places count from where it is.
 """
 
 from __future__ import annotations
@@ -139,22 +149,36 @@ class Motions:
 
     def __init__(self, problem: Discretisation, x: np.ndarray, degree: int) -> None:
         grid = Grid.gauss(degree + 8)
-        self.lengths = problem.lengths(x)
         self.rates = _load_rates(problem, x, grid.xi)
+        self.lengths = np.concatenate([problem.lengths(x), self.rates.attached])
+        self.detached = len(problem.phases) * len(grid.xi)
         self.weights = np.concatenate([length * grid.weights for length in self.lengths])
         moves = self.rates.curl != 0.0
         self.value, self.slope = continuous_basis(degree, grid.xi, self.lengths, free_edge=moves)
+        #: How the strain changes; nothing where the rod does not stretch.
+        self.strain = np.zeros_like(self.value)
+        stretch, long = self.rates.stretching, np.ones((len(self.weights), 1))
+        if stretch is not None:
+            own = np.kron(np.eye(len(self.lengths)), legendre.legvander(2.0 * grid.xi - 1.0, degree - 1))
+            turns, none = self.value.shape[1], np.zeros((len(self.weights), own.shape[1]))
+            self.value, self.slope = np.hstack([self.value, none]), np.hstack([self.slope, none])
+            self.strain = np.hstack([np.zeros((len(self.weights), turns)), own])
+            long = 1.0 + stretch.strain[:, None]
         # Integrals from each point to the edge: within its phase and over those after it.
         count, points = len(self.lengths), len(grid.xi)
         inside = np.kron(np.diag(self.lengths), grid.to_right)
         over = np.ones((points, 1)) * grid.weights
         outward = inside + np.kron(np.triu(np.ones((count, count)), 1) * self.lengths, over)
-        theta = self.rates.theta[:, None]
-        self.rate_x, self.rate_y = np.sin(theta) * self.value, -np.cos(theta) * self.value
-        self.dx, self.dy = outward @ self.rate_x, outward @ self.rate_y
+        sine, cosine = np.sin(self.rates.theta)[:, None], np.cos(self.rates.theta)[:, None]
+        self.rate_x = long * sine * self.value - cosine * self.strain
+        self.rate_y = -long * cosine * self.value - sine * self.strain
+        #: x of the edge: the rod comes off with another strain than it was glued with.
+        self.edge_x = self._at_edge() * (stretch.parted / self.rates.curl if stretch is not None else 0.0)
+        self.dx, self.dy = outward @ self.rate_x + self.edge_x, outward @ self.rate_y
         #: theta, x and y of the tip.
         turn = np.eye(1, self.value.shape[1])[0]
-        self.tip = np.stack([turn, self.weights @ self.rate_x, self.weights @ self.rate_y])
+        tip_x = self.weights @ self.rate_x + self.edge_x
+        self.tip = np.stack([turn, tip_x, self.weights @ self.rate_y])
         self.mass = self.dx.T @ self._weighted(self.dx) + self.dy.T @ self._weighted(self.dy)
         self.stiffness = self._stiffness()
 
@@ -163,36 +187,53 @@ class Motions:
 
     def _stiffness(self) -> np.ndarray:
         r, place = self.rates, np.stack([self.dx, self.dy])
+        seen = place
+        if r.front is not None:  # position counts from the front, which moves on a layer
+            seen = place - np.stack([self._at_switch(r.front.phase)[1], np.zeros_like(self.dy[0])])[:, None]
         pull = np.cos(r.theta) * r.nx + np.sin(r.theta) * r.ny
-        load = r.by_theta.T[:, :, None] * self.value + np.einsum("nij,jnm->inm", r.by_place, place)
+        load = r.by_theta.T[:, :, None] * self.value + np.einsum("nij,jnm->inm", r.by_place, seen)
         if r.by_length is not None:
             load = load + r.by_length.T[:, :, None] * self._front()
+        long = np.ones_like(pull)
         K: np.ndarray = self.slope.T @ self._weighted(self.slope)
-        K -= self.value.T @ self._weighted(pull[:, None] * self.value)
+        if r.stretching is not None:
+            across = np.cos(r.theta) * r.ny - np.sin(r.theta) * r.nx
+            turned = self.strain.T @ self._weighted(across[:, None] * self.value)
+            K += r.stretching.stiffness * self.strain.T @ self._weighted(self.strain) + turned + turned.T
+            load = load + r.stretching.by_strain.T[:, :, None] * self.strain
+            long = 1.0 + r.stretching.strain
+        K -= self.value.T @ self._weighted((long * pull)[:, None] * self.value)
         K -= sum(at.T @ self._weighted(part) for at, part in zip(place, load, strict=True))
-        for switch in r.switches:
+        for switch in (*r.switches, *((r.front,) if r.front is not None else ())):
             there = self._at_switch(switch.phase)
             K += np.outer(switch.jump @ there[1:], switch.rates @ there) / switch.slope
         if r.tip is not None:
             K -= self.tip[1:].T @ r.tip @ self.tip[1:]
         if r.curl:
-            edge = self._at_edge()
-            K -= r.bend / r.curl * np.outer(edge, edge)
+            edge, bend = self._at_edge(), r.bend
+            if r.stretching is not None:  # what pulls the edge along changes as it moves
+                bend -= r.stretching.parted / r.curl * r.stretching.load
+            K -= bend / r.curl * np.outer(edge, edge)
         return K
 
     def _at_switch(self, phase: int) -> np.ndarray:
         """theta, x and y where a phase ends: integrals over the phases after it."""
         start = (phase + 1) * (len(self.weights) // len(self.lengths))
         value = np.eye(1, self.value.shape[1], phase + 1)[0]
-        past = (self.weights[start:] @ rate[start:] for rate in (self.rate_x, self.rate_y))
-        return np.stack([value, *past])
+        x, y = (self.weights[start:] @ rate[start:] for rate in (self.rate_x, self.rate_y))
+        return np.stack([value, x + self.edge_x, y])
 
     def _at_edge(self) -> np.ndarray:
         """theta at the edge, zero unless it is free."""
+        if not self.rates.curl:
+            return np.zeros(self.value.shape[1])
         return np.eye(1, self.value.shape[1], len(self.lengths))[0]
 
     def _front(self) -> np.ndarray:
-        """How far the edge moves: theta' stays what it is there, and theta that of the wall."""
+        """How far the edge moves: theta' stays what it is there, and theta that of the wall; or the gap."""
+        if self.rates.front is not None:
+            there = self._at_switch(self.rates.front.phase)
+            return -(self.rates.front.rates @ there) / self.rates.front.slope
         if self.rates.curl:
             return -self._at_edge() / self.rates.curl
         return -_slope_at_edge(self.value.shape[1], self.lengths) / self.rates.bend
@@ -214,8 +255,12 @@ class Motions:
         kinds = self._kinds
         if fixed_volume:
             # d(swept volume) = int (-sin theta dx + cos theta dy) = 0
+            # On a layer the pressure is on the detached rod alone.
+            under = self.weights * (np.arange(len(self.weights)) < self.detached)
+            if self.rates.stretching is not None:
+                under = under * (1.0 + self.rates.stretching.strain)
             sine, cosine = np.sin(self.rates.theta), np.cos(self.rates.theta)
-            swept = (self.weights * -sine) @ self.dx + (self.weights * cosine) @ self.dy
+            swept = (under * -sine) @ self.dx + (under * cosine) @ self.dy
             kinds = [self._held(np.vstack([self.rates.holds[0] @ self.tip, swept])), *kinds[1:]]
         mu = np.concatenate([_finite(*kinds[0]), *(_without_shift(_finite(*kind)) for kind in kinds[1:])])
         return mu[np.lexsort((mu.imag, np.round(np.abs(mu), 9)))]

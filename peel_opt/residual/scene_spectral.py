@@ -208,6 +208,14 @@ class SceneDiscretisation(Discretisation):
         scene, found = self.settings.scene, self.found(x)
         return SceneProfile(self.lengths(x), values, self.scalars(x), scene, found, attached)
 
+    def attached_lengths(self, x: np.ndarray) -> np.ndarray:
+        """Return the lengths of the stretches of the attached rod, over the detached length."""
+        layer = self.settings.scene.layer
+        if layer is None:
+            return np.zeros(0)
+        q, sbar = self.found(x), self.scalars(x).sigma
+        return np.array(REACHES) / (float(layer.decay(q)) * sbar)
+
     def attached_at(self, x: np.ndarray, zeta: np.ndarray) -> np.ndarray:
         """Return `SAMPLED` of the attached rod at local coordinates of its stretches."""
         if not self.beyond:

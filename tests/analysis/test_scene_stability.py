@@ -185,6 +185,38 @@ def folds(scene: po.Scene) -> tuple[SceneFamily, list[Located]]:
         ),
         pytest.param(po.Scene(ROD, wall=po.Circle(0.1), tip=po.Contact()), id="a tip on its wall"),
         pytest.param(po.Blister(ROD, slack=0.1), id="a strip with slack"),
+        pytest.param(
+            po.Scene(
+                ROD,
+                [
+                    po.Pressure(lambda at: 1.0 + 0.1 * at.x - 0.1 * at.xi, dead=0.2),
+                    po.Weight(0.02, 0.1),
+                    po.SkinFriction(share=0.1),
+                ],
+                law=po.ElasticLayer(300.0),
+                tip=po.TipLoad(0.02, 1.0, -0.02),
+            ),
+            id="an elastic layer",
+        ),
+        pytest.param(
+            po.Scene(
+                ROD,
+                [
+                    po.Pressure(lambda at: 1.0 + 0.1 * at.x - 0.1 * at.xi, dead=0.2),
+                    po.Weight(0.02, 0.1),
+                    po.SkinFriction(share=0.1),
+                ],
+                stretch=20.0,
+                line_energy=0.02,
+                glued_strain=0.01,
+                tip=po.TipLoad(0.02, 1.0, -0.02),
+            ),
+            id="a rod that stretches",
+        ),
+        pytest.param(
+            po.Blister(ROD, slack=0.1, stretch=50.0, line_energy=0.02),
+            id="a strip that stretches",
+        ),
     ],
 )
 @pytest.mark.slow
@@ -213,6 +245,35 @@ def test_what_is_lifted_is_stable_up_to_its_snap_and_not_beyond() -> None:
     np.testing.assert_array_equal(elsewhere.flutter, branch.flutter)
     with pytest.raises(po.InvalidInput, match="Trace it again"):
         po.stability(elsewhere)
+
+
+@pytest.mark.slow
+def test_a_stiff_layer_and_a_stiff_rod_move_as_their_limits_do() -> None:
+    """The layer as K^(-3/4), as seen from the tip, the stretch as 1/EA: mu over T0 and eta."""
+
+    def lowest(scene: po.Scene, length: float) -> np.ndarray:
+        eq = po.solve(scene, free="length", pressure=0.5, near=length)
+        return po.stability(eq).eigenvalues[:2].real / eq.length_ratio**4
+
+    plain = po.length_given_pressure(ROD, 0.5)
+    limit = po.stability(plain).eigenvalues[:2].real / plain.length_ratio**4
+    apart = [lowest(po.Scene(ROD, law=po.ElasticLayer(K)), plain.length) - limit for K in (1.6e5, 2.56e6)]
+    assert np.all(apart[0] / apart[1] > 0.95 * 16.0**0.75)
+    held = solved(po.Scene(ROD, line_energy=0.05), 0.5)
+    limit = po.stability(held).eigenvalues[:2].real / held.length_ratio**4
+    scenes = (po.Scene(ROD, line_energy=0.05, stretch=EA) for EA in (400.0, 800.0))
+    apart = [lowest(scene, held.length) - limit for scene in scenes]
+    np.testing.assert_allclose(apart[0] / apart[1], 2.0, rtol=0.02)
+
+
+@pytest.mark.slow
+def test_a_strip_that_stretches_does_not_count_that_it_may_wander() -> None:
+    found = po.stability(
+        po.solve(po.Blister(ROD, stretch=50.0, line_energy=0.02), free="length", pressure=0.1)
+    )
+    assert (found.index, found.volume_index, found.marginal) == (1, 0, False)
+    assert np.abs(found.eigenvalues).min() > 1.0
+    assert found.error < 1e-6
 
 
 def test_who_holds_what_of_a_scene() -> None:
