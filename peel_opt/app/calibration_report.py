@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +54,8 @@ def fit_table(fit: Fit, level: float, intervals: Intervals) -> str:
         "",
         f"rod: {describe_rod(fit.rod)}",
         *([f"scene: {describe_scene(fit.scene)}"] if isinstance(fit, SceneCalibration) else []),
-        freedom + (f" (p = {fit.p_value:.3g})" if fit.degrees else ""),
+        freedom + (f" (p = {fit.p_value:.3g})" if math.isfinite(fit.p_value) else ""),
+        *([fit.scatter] if fit.scatter else []),
         f"determined: {'; '.join(fit.determined)}",
         f"{len(fit.observations)} states certified, fitted and certified ones agree to {fit.consistency:.1e}",
         "",

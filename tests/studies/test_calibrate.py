@@ -595,7 +595,6 @@ def test_too_few_points() -> None:
         ({"pressure": [48e3, math.nan]}, r"pressure \[Pa\] is missing in row 2"),
         ({"length": [1.9e-3, -2.2e-3]}, r"length \[m\] must be finite and positive, got -0.0022 in row 2"),
         ({"pressure_sd": [500.0, 0.0]}, r"pressure_sd \[Pa\] must be finite and positive, got 0 in row 2"),
-        ({"pressure_sd": None}, "standard deviation"),
         ({"pressure": [48e3]}, "1 values for 2 rows"),
         ({"pressure": ["a", "b"]}, "number with a unit"),
         ({"state": ["lower", "upper"]}, "row 2: unknown state 'upper'"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,9 @@ from ...model.labels import OBSERVABLE, known_state
 
 #: Least and largest standard deviation of a number, as a share of it.
 SHARES = (1e-12, 1e6)
+
+#: Share of a number that its standard deviation is taken to be where nobody says, before residuals do.
+ALIKE = 0.01
 
 #: What an array of objects may hold that would become a float, and is no number.
 NO_NUMBERS = (bool, np.bool_, str, bytes, np.datetime64, np.timedelta64)
@@ -32,8 +35,9 @@ class Measurements:
     pressure : array_like, shape (n,)
         Pressures [Pa].
     length_sd, pressure_sd : float or array_like, shape (n,), optional
-        Standard deviations [m], [Pa].  A number without one is taken as exact, so at least one
-        of the two is needed; with both, both variables have errors.
+        Standard deviations [m], [Pa].  With one of the two, the other number is taken as exact; with both,
+        both variables have errors.  With neither all numbers count alike, relative to their size, and the
+        residuals of the fit say how much they scatter, as in `scipy.optimize.curve_fit`.
     state : str or sequence of str, optional
         "unfolded", "middle", "lower" or "folded", for all pairs or each.  Default: unfolded.
     names : sequence of str, optional
@@ -45,7 +49,7 @@ class Measurements:
     ------
     InvalidInput
         If a value is missing, not finite or not positive, naming its row; if numbers of rows
-        differ, a state is unknown, or nothing has a standard deviation.
+        differ, or a state is unknown.
 
     Examples
     --------
@@ -77,11 +81,6 @@ class Measurements:
                 spread = _column(f"{field}_sd", sd, unit, names)
                 _require_meaning(f"{field}_sd", spread, getattr(self, field), names)
                 object.__setattr__(self, f"{field}_sd", spread)
-        if self.length_sd is None and self.pressure_sd is None:
-            raise InvalidInput(
-                "neither the lengths nor the pressures have a standard deviation.",
-                remedy="Give pressure_sd=, length_sd= or both: they weigh the rows.",
-            )
         single = self.state is None or isinstance(self.state, str)
         states = [self.state] * count if single else listed("state", self.state)
         if len(states) != count:
@@ -92,12 +91,17 @@ class Measurements:
     def __len__(self) -> int:
         return len(self.length)
 
+    @property
+    def says_sd(self) -> bool:
+        """Whether any number has a standard deviation."""
+        return self.length_sd is not None or self.pressure_sd is not None
+
     def observations(self) -> list[Observation]:
-        """Return one observation for each row."""
-        sds = [
-            [None] * len(self) if column is None else [float(v) for v in column]
-            for column in (self.length_sd, self.pressure_sd)
-        ]
+        """Return one observation for each row; without standard deviations all have the same share."""
+        columns = (self.length_sd, self.pressure_sd)
+        if not self.says_sd:
+            columns = (ALIKE * self.length, ALIKE * self.pressure)
+        sds = [[None] * len(self) if column is None else [float(v) for v in column] for column in columns]
         assert self.state is not None
         return [
             Observation(name, float(length), float(pressure), length_sd, pressure_sd, state)
@@ -115,8 +119,9 @@ class MeasuredShape:
     ----------
     x, y : array_like, shape (n,)
         Along the plate, the attached part at larger x, and above it [m]; quantities as above.
-    sd : float or array_like, shape (n,)
-        Standard deviation of a point, the same in x and y [m].
+    sd : float or array_like, shape (n,), optional
+        Standard deviation of a point, the same in x and y [m].  Without one all points count alike, and the
+        residuals say how much they scatter.
     pressure, length : float, optional
         What is known besides: p [Pa], sbar [m]; at least one of them.
     pressure_sd, length_sd : float, optional
@@ -137,7 +142,7 @@ class MeasuredShape:
 
     x: Any
     y: Any
-    sd: Any
+    sd: Any = None
     pressure: float | None = None
     length: float | None = None
     pressure_sd: float | None = None
@@ -159,9 +164,9 @@ class MeasuredShape:
             raise InvalidInput(f"{self.name} has no points.", remedy="Leave out a shape that was not seen.")
         for field in ("x", "y"):
             object.__setattr__(self, field, _column(field, getattr(self, field), "m", names, signed=True))
-        object.__setattr__(self, "sd", _column("sd", self.sd, "m", names))
-        size = float(np.abs([self.x, self.y]).max(initial=0.0))
-        _require_meaning("sd", self.sd, np.full(len(names), size), names)
+        if self.sd is not None:
+            object.__setattr__(self, "sd", _column("sd", self.sd, "m", names))
+            _require_meaning("sd", self.sd, np.full(len(names), self._size), names)
         for field, unit in (("pressure", "Pa"), ("length", "m")):
             for key in (field, f"{field}_sd"):
                 if getattr(self, key) is not None:
@@ -181,9 +186,19 @@ class MeasuredShape:
     def __len__(self) -> int:
         return len(self.x)
 
+    @property
+    def _size(self) -> float:
+        return float(np.abs([self.x, self.y]).max(initial=0.0))
+
+    @property
+    def says_sd(self) -> bool:
+        """Whether its points have a standard deviation."""
+        return self.sd is not None
+
     def observations(self) -> list[Observation]:
-        """Return the one observation that this is."""
-        points = np.column_stack([self.x, self.y, self.sd])
+        """Return the one observation that this is; without standard deviation a share of its size."""
+        sd = np.full(len(self), ALIKE * self._size) if self.sd is None else self.sd
+        points = np.column_stack([self.x, self.y, sd])
         sds, how = (self.length_sd, self.pressure_sd), (self.free_origin, self.tip)
         return [Observation(self.name, self.length, self.pressure, *sds, self.state, points, *how)]
 
@@ -209,6 +224,14 @@ class Observation:
     free_origin: bool = False
     tip: bool = False
 
+    def scaled(self, factor: float) -> Observation:
+        """Return the same with all standard deviations times a factor."""
+        length_sd, pressure_sd = (
+            None if sd is None else factor * sd for sd in (self.length_sd, self.pressure_sd)
+        )
+        points = None if self.points is None else self.points * [1.0, 1.0, factor]
+        return replace(self, length_sd=length_sd, pressure_sd=pressure_sd, points=points)
+
     def role(self, name: str) -> str:
         """What a number is to the fit: "exact", "measured" or "unknown"."""
         if getattr(self, name) is None:
@@ -232,12 +255,37 @@ class Observation:
 
 
 def observations(data: Data) -> list[Observation]:
-    """Return all observations of a fit, in the order of the data.
+    """Return all observations of a fit, in the order of the data; see `parts_of`."""
+    found = [observation for part in parts_of(data) for observation in part.observations()]
+    if not found:
+        raise InvalidInput("there is nothing to fit: the data are empty.")
+    return found
+
+
+def says_sd(data: Data) -> bool:
+    """Return whether measurements have standard deviations, all or none.
 
     Raises
     ------
     InvalidInput
-        If ``data`` is no measurement, or there is none in it.
+        If some of them have.
+    """
+    said = {part.says_sd for part in parts_of(data)}
+    if len(said) > 1:
+        raise InvalidInput(
+            "some of the data have standard deviations and some have none: nothing weighs them together.",
+            remedy="Give all of them one, or none.",
+        )
+    return said != {False}
+
+
+def parts_of(data: Data) -> Sequence[Measurements | MeasuredShape]:
+    """Return the parts of the data.
+
+    Raises
+    ------
+    InvalidInput
+        If ``data`` is no measurement.
     """
     several = [data] if isinstance(data, (Measurements, MeasuredShape)) else data
     if not isinstance(several, Sequence) or not all(
@@ -247,10 +295,7 @@ def observations(data: Data) -> list[Observation]:
             f"data must be Measurements, a MeasuredShape, or a list of them, got {type(data).__name__}.",
             remedy="Read a CSV file with po.read_measurements.",
         )
-    found = [observation for part in several for observation in part.observations()]
-    if not found:
-        raise InvalidInput("there is nothing to fit: the data are empty.")
-    return found
+    return several
 
 
 def _require_meaning(name: str, spread: np.ndarray, values: np.ndarray, rows: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ from typing import overload
 
 import numpy as np
 
-from ...base.checks import positive
+from ...base.checks import flag, positive
 from ...base.errors import InvalidInput, PeelOptError
 from ...equilibria.question import known_law
 from ...equilibria.scenes import plain_law, refuse_options
@@ -20,9 +20,9 @@ from ...model.scene import Scene
 from ...residual.meshes import FITTED
 from .chart import Chart
 from .covariance import singular
-from .data import Data, Observation, observations
+from .data import Data, Observation, observations, says_sd
 from .problem import Problem, watched
-from .result import Calibration
+from .result import Calibration, Fit
 from .scene_fit import SceneCalibration, fit_scene
 from .search import best
 from .start import coarse_rods
@@ -36,6 +36,9 @@ ROBUST = 1.5
 
 #: Standard deviations above a known T0 from which a measured pressure is none of a rod that has it.
 ABOVE = 10.0
+
+#: Least scale of standard deviations of a share: what is fitted closer is fitted to rounding.
+LEAST_SCATTER = 1e-6
 
 #: Share to which chi-square must fall for other states to be the better reading of the data.
 MUCH_LESS = 0.2
@@ -51,6 +54,7 @@ def calibrate(
     loss: str = ...,
     loss_scale: float = ...,
     law: str | CohesiveLaw = ...,
+    absolute_sd: bool | None = ...,
 ) -> Calibration | SceneCalibration: ...
 @overload
 def calibrate(
@@ -62,6 +66,7 @@ def calibrate(
     loss: str = ...,
     loss_scale: float = ...,
     law: str | CohesiveLaw = ...,
+    absolute_sd: bool | None = ...,
 ) -> Calibration: ...
 def calibrate(
     data: Data,
@@ -72,6 +77,7 @@ def calibrate(
     loss: str = "least-squares",
     loss_scale: float = 1.5,
     law: str | CohesiveLaw = "auto",
+    absolute_sd: bool | None = None,
 ) -> Calibration | SceneCalibration:
     """Fit material numbers, or those of a scene, to measurements, every observation with a state of its own.
 
@@ -93,6 +99,10 @@ def calibrate(
         In standard deviations.
     law : {"auto", "cohesive", "linear"} or CohesiveLaw
         Of the bond, with a traction that falls from u = 0 on; "auto" is law (8).  A scene has its own.
+    absolute_sd : bool, optional
+        Whether the standard deviations of the data are meant as they are.  If False they only weigh, and
+        are scaled such that chi-square is the number of degrees of freedom, as in
+        `scipy.optimize.curve_fit` with ``absolute_sigma=False``.  Default: True if the data have them.
 
     Returns
     -------
@@ -132,25 +142,59 @@ def calibrate(
         raise InvalidInput(f"unknown loss {loss!r}.", remedy=f"Choose one of {', '.join(LOSSES)}.")
     scale = positive("loss_scale", loss_scale)
     delta = scale if loss == "pseudo-huber" else None
+    absolute = _absolute(data, absolute_sd, delta)
     if scene is not None:
         several = _names(free)
         seen = [replace(o, state=o.state or state) for o in observations(data)]
-        _require_enough(seen, len(several))
-        return fit_scene(scene, seen, several, delta)
+        _require_enough(seen, len(several), absolute=absolute)
+        of_scene = fit_scene(scene, seen, several, delta)
+        if absolute:
+            return of_scene
+        scale = _scatter(of_scene)
+        again = fit_scene(of_scene.scene, [o.scaled(scale) for o in seen], several, delta)
+        return replace(again, scaled=scale)
     assert not isinstance(rod, Scene)
     seen = [replace(o, state=o.state or state or "unfolded") for o in observations(data)]
     mask = _mask(free)
     known = _known(rod, mask)
     chart = Chart(known_law(law) or COHESIVE, FITTED[0].nodes)
-    _require_enough(seen, int(mask.sum()))
+    _require_enough(seen, int(mask.sum()), absolute=absolute)
     _require_reach(seen, known)
     empty = Problem(seen, mask, delta, chart)
     with watched(empty) as problem:
         result = _fit(seen, known, rod, problem)
-        found = warnings_of(result)
+        elsewhere: tuple[str, ...] = ()
+        if not absolute:
+            elsewhere = _contradictions(result, known)
+            scale = _scatter(result)
+            seen = [o.scaled(scale) for o in seen]
+            result = replace(_fit(seen, known, result.rod, problem), scaled=scale)
+        found = warnings_of(result) + elsewhere
         if loss == "least-squares" and result.degrees > 0 and result.p_value < RARE:
             found += _contradictions(result, known)
     return replace(result, problem=replace(result.problem, watch=empty.watch), warnings=found)
+
+
+def _absolute(data: Data, wanted: bool | None, delta: float | None) -> bool:
+    """Return whether the standard deviations of the data are meant as they are."""
+    said = says_sd(data)
+    absolute = said if wanted is None else flag("absolute_sd", wanted)
+    if absolute and not said:
+        raise InvalidInput(
+            "the data have no standard deviations that could be meant as they are.",
+            remedy="Give pressure_sd=, length_sd= or both, or leave out absolute_sd.",
+        )
+    if not absolute and delta is not None:
+        raise InvalidInput(
+            "a robust loss has its scale in standard deviations, which the data do not say.",
+            remedy="Give pressure_sd=, length_sd= or both, and not absolute_sd=False.",
+        )
+    return absolute
+
+
+def _scatter(fit: Fit) -> float:
+    """Return by how much residuals exceed the standard deviations, root mean square a degree of freedom."""
+    return max(math.sqrt(fit.chi2 / fit.degrees), LEAST_SCATTER)
 
 
 def _fit(
@@ -254,8 +298,14 @@ def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str,
     return known
 
 
-def _require_enough(seen: Sequence[Observation], need: int) -> None:
+def _require_enough(seen: Sequence[Observation], need: int, *, absolute: bool) -> None:
     have = sum(o.degrees for o in seen)
+    if have == need and not absolute:
+        raise InvalidInput(
+            f"{have} independent data for {need} free numbers leave no residuals, which alone could say how"
+            " much data without standard deviations scatter.",
+            remedy="Give pressure_sd=, length_sd= or both, or measure more.",
+        )
     if have < need:
         raise InvalidInput(
             f"{have} independent data cannot determine {need} free numbers.",

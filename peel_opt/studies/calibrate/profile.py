@@ -124,6 +124,8 @@ def quantile(fit: Fit, level: float, method: str | None) -> float:
     if method not in (None, "profile", "covariance"):
         raise InvalidInput(f"unknown method {method!r}.", remedy="Choose profile or covariance.")
     if fit.loss == "least-squares":
+        if fit.scaled is not None:  # the residuals tell their own scatter, the fewer the worse
+            return float(stdtrit(fit.degrees, 0.5 + 0.5 * level))
         return float(ndtri(0.5 + 0.5 * level))
     # A robust loss is no likelihood.
     if method == "profile":

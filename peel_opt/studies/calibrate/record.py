@@ -40,6 +40,7 @@ def fit_record(fit: Fit, level: float | None = None, intervals: Intervals | None
         "p_value": fit.p_value,
         "loss": fit.loss,
         "loss_scale": fit.loss_scale,
+        "scaled": fit.scaled,
         "singular_values": fit.singular_values.tolist(),
         "combinations": fit.determined,
         "identifiable": fit.identifiable,

@@ -57,6 +57,9 @@ class Fit(Pictured, Tabled):
         Rods that were tried.
     warnings : tuple of str
         What a reader must know before believing the numbers.
+    scaled : float or None
+        By how much the standard deviations of the data were multiplied such that chi-square is the number of
+        degrees of freedom; those of ``observations`` are the result.  None where they are meant as they are.
     """
 
     rod: Rod
@@ -73,6 +76,7 @@ class Fit(Pictured, Tabled):
     loss_scale: float | None
     iterations: int
     warnings: tuple[str, ...] = ()
+    scaled: float | None = None
 
     @property
     @abstractmethod
@@ -119,8 +123,12 @@ class Fit(Pictured, Tabled):
 
     @property
     def p_value(self) -> float:
-        """Chance of a larger chi-square if model and standard deviations hold; nan without freedom."""
-        return chance(self.chi2, self.degrees) if self.degrees > 0 else math.nan
+        """Chance of a larger chi-square if model and standard deviations hold.
+
+        Not a number without freedom, or where the residuals themselves say the standard deviations.
+        """
+        known = self.degrees > 0 and self.scaled is None
+        return chance(self.chi2, self.degrees) if known else math.nan
 
     @property
     def sd(self) -> dict[str, float]:
@@ -135,6 +143,26 @@ class Fit(Pictured, Tabled):
             found: np.ndarray = self.covariance / np.outer(sd, sd)
         np.fill_diagonal(found, 1.0)
         return found
+
+    @property
+    def scatter(self) -> str:
+        """What the residuals say of the standard deviations, where the data do not; empty where they do."""
+        if self.scaled is None:
+            return ""
+        spreads = {
+            "lengths": [o.length_sd / o.length for o in self.observations if o.length_sd and o.length],
+            "pressures": [
+                o.pressure_sd / o.pressure for o in self.observations if o.pressure_sd and o.pressure
+            ],
+        }
+        points = [float(np.median(o.points[:, 2])) for o in self.observations if o.points is not None]
+        parts = [
+            f"{100.0 * float(np.median(shares)):.2g} % of {name}"
+            for name, shares in spreads.items()
+            if shares
+        ]
+        parts += [f"{1e6 * float(np.median(points)):.2g} um of points"] if points else []
+        return f"standard deviations are those of the residuals: {', '.join(parts)}"
 
     def _index(self, name: str) -> int:
         if name not in self.free:
@@ -178,6 +206,7 @@ class Fit(Pictured, Tabled):
             f"{type(self).__name__}({numbers}; chi2 = {self.chi2:.4g} for {self.degrees} degrees of freedom,"
             f" {len(self.observations)} observations, consistent to {self.consistency:.1e})"
         )
+        text += f"\n  {self.scatter}" * bool(self.scatter)
         return "\n".join([text, *(f"  warning: {warning}" for warning in self.warnings)])
 
 

@@ -193,7 +193,7 @@ def goodness(fit: Fit) -> str:
     """Return what chi-square says of the model and the standard deviations; empty if nothing is wrong."""
     if fit.degrees == 0:
         return "there are as many data as free numbers: nothing tells whether the model holds."
-    if fit.loss != "least-squares":
+    if fit.loss != "least-squares" or fit.scaled is not None:
         return ""
     if fit.p_value < RARE:
         return (
