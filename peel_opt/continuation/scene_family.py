@@ -183,8 +183,8 @@ class SceneBranch:
     folds : list of Located
     ends : tuple of str
         Why the walk ended before its first and after its last point: "T", where the rod lies on its
-        wall; "rest", where it comes to rest on its wall or its pressure vanishes; "below", where it would
-        have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "short",
+        wall; "rest", where it comes to rest on its wall; "unloaded", where its pressure vanishes; "below",
+        where it would have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "short",
         "long", "touched", "suction", "unbounded", "stalled" or "limit".
     """
 
@@ -340,7 +340,8 @@ def _forward(scene: Scene) -> np.ndarray:
 def _walked(family: SceneFamily, start: Point) -> SceneBranch:
     """Walk both ways from a state."""
     start = _pressed(family, start)
-    before, first = _walk(family, start.turned(0.0), _towards_rest)
+    sucked = family.free is None and start.scalars.pressure_ratio < 0.0
+    before, first = _walk(family, start.turned(0.0), _under_suction if sucked else _towards_rest)
     after, last = _walk(family, start, _towards_contact)
     points = [*(p.turned(-p.arclength) for p in reversed(before[1:])), *after]
     folds = [fold for pair in pairwise(points) for fold in _folds(family, pair)]
@@ -355,12 +356,10 @@ def _pressed(family: SceneFamily, start: Point) -> Point:
         return start
     rises = start.rate(READINGS["pressure"]) > 0.0
     for first in (start, start.turned(0.0)) if rises else (start.turned(0.0), start):
-        for count, point in enumerate(family.walk(first)):
-            if point.scalars.pressure_ratio >= 0.0:
-                own = point.problem, point.x, _forward(family.scene), 0.0, point.iterations
-                return family.point(*own)
-            if count > LONGEST:
-                break
+        points, end = _walk(family, first, _towards_pressure)
+        if end == "pressed":
+            own = points[-1].problem, points[-1].x, _forward(family.scene), 0.0, points[-1].iterations
+            return family.point(*own)
     return start
 
 
@@ -449,14 +448,27 @@ def _least(family: SceneFamily, last: Point) -> list[Point]:
 
 def _towards_rest(family: SceneFamily, point: Point) -> str:
     """Say that the rod has come to rest on its wall, has vanished, or would have to go through it."""
+    if family.free is None and point.scalars.pressure_ratio < 0.0 and point.scalars.sigma >= SHORT:
+        return "unloaded"
+    return _under_suction(family, point)
+
+
+def _under_suction(family: SceneFamily, point: Point) -> str:
+    """Say the same where the pressure is below zero from the start."""
     s, scene = point.scalars, family.scene
     if s.sigma < SHORT:
         return "rest"
     if scene.layer is not None and s.sigma * scene.layer.decay(_found(point)) < LEVER:
         return "short"
-    if family.free is None and s.pressure_ratio < 0.0:
-        return "rest"
     return "below" if gap_at_tip(point) < -BELOW else ""
+
+
+def _towards_pressure(family: SceneFamily, point: Point) -> str:
+    """Say that the pressure is not below zero any more, or why that will not be seen."""
+    if point.scalars.pressure_ratio >= 0.0:
+        return "pressed"
+    end = _under_suction(family, point) or _towards_contact(family, point)
+    return "" if end == "suction" else end
 
 
 def _towards_contact(family: SceneFamily, point: Point) -> str:

@@ -63,6 +63,9 @@ MOST_REFINEMENTS = 5
 #: the attached rod, then the unfolded one of least pressure.
 DEFAULT = ("lifted", "unfolded")
 
+#: Detached length over eta from which on a rod is all arm: its tip is as far from its front as it is long.
+LONG_ARM = 300.0
+
 #: Ends of a branch beyond which it may go on.
 GIVEN_UP = {"short", "touched", "stalled", "limit", "long", "suction", "unbounded"}
 
@@ -343,6 +346,8 @@ def _nothing(
     wanted = f"{state or 'lifted or unfolded'} equilibrium"
     there = f" States that do exist there: {', '.join(others)}." if others else ""
     points = [p for branch in branches for p in branch.points]
+    torn = bool(points) and all(_torn(branch, question.target) for branch in branches)
+    there += " All of them need suction: what is done to the tip tears the rod off." if torn else ""
     if (
         points
         and "T" in {branch.ends[0] for branch in branches}
@@ -373,7 +378,9 @@ def _nothing(
         return NotConverged(
             f"{question.words}: no {wanted} was met on the branch of the scene as far as it was followed"
             f" (p/T0 = {reached.pressure_ratio:.4g}, sbar/eta = {reached.sigma:.4g}).{best}{there}",
-            remedy="Ask for a number nearer to where the rod begins to lift.",
+            remedy="Ask for a smaller load on the tip; solve(free=) tells which the rod bears."
+            if torn
+            else "Ask for a number nearer to where the rod begins to lift.",
             nearest=nearest * unit,
         )
     return NoEquilibrium(
@@ -381,6 +388,13 @@ def _nothing(
         f"{best}{there}",
         nearest=nearest * unit,
     )
+
+
+def _torn(branch: SceneBranch, target: Closure) -> bool:
+    """Whether a pressure is asked for, and every state of a rod with a load on its tip needs suction."""
+    if target.kind != "pressure" or target.value < 0.0 or not isinstance(branch.family.scene.tip, TipLoad):
+        return False
+    return bool(branch.points) and max(p.scalars.pressure_ratio for p in branch.points) < 0.0
 
 
 def _without_a_gap(question: SceneQuestion) -> NoEquilibrium | None:
@@ -405,10 +419,14 @@ def _may_go_on(branch: SceneBranch, target: Closure) -> bool:
     """Whether what is asked for may lie beyond an end at which a branch was left.
 
     The middle of a strip that does not stretch rises as the strip gets longer, and p y is what the bond
-    takes at most: under a uniform pressure a higher one is not met again.
+    takes at most: under a uniform pressure a higher one is not met again.  What is torn off by its tip unless
+    it is sucked to its wall needs less and less suction as it gets longer, but always some.
     """
     scene = branch.family.scene
     ends = GIVEN_UP & set(branch.ends)
+    if _torn(branch, target):
+        ends -= {"unbounded"} if branch.points[0].scalars.sigma < branch.points[-1].scalars.sigma else set()
+        ends -= {"limit"} if branch.points[-1].scalars.sigma > LONG_ARM else set()
     strip = isinstance(scene.tip, Middle) and scene.tip.slack and scene.stretch is None
     if strip and scene.loads == (Pressure(),) and target.kind == "pressure" and branch.points:
         ends -= {"long"} if target.value > branch.points[-1].scalars.pressure_ratio else set()
