@@ -8,7 +8,9 @@ T0: the paper's transition is the limit of these limit points.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,7 +18,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
 from ..base.threads import one_thread
-from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch
+from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch, scene_branches
 from ..continuation.special import Located
 from ..model.bond import CohesiveLaw
 from ..model.rod import RATIOS, Rod, Units, require_rod
@@ -40,8 +42,12 @@ LARGEST = 1e-8
 #: What rounding leaves of a located snap.
 ROUNDING = 1e-14
 
-#: a/eta from which the way to a critical flaw begins.
+#: a/eta from which the way to a critical flaw begins, where none is found from an edge that holds.
 BEGINNING = 0.5
+
+#: Edges that hold, over (k y0/T0)^(1/4): near T0 as a multiple of 1 - p/T0, and as a share of that of a
+#: clamped flap.
+NEAR_T, CLAMPED = 0.5, 0.25
 
 
 @dataclass(frozen=True)
@@ -181,10 +187,34 @@ def loaded(scene: Scene, mesh: Spectral) -> SceneFamily:
 
 
 def _growing(scene: Scene, mesh: Spectral, P: float) -> SceneBranch:
-    """Return the states of edges of all lengths at a pressure."""
-    transcription = SceneSpectral(scene, mesh, "unbonded")
-    ratio, held = Closure("ratio", scene.rod.ratio), Closure("pressure", P)
-    return entered_branch(SceneFamily(scene.bond.law, transcription, ratio, holding=(held,)))
+    """Return the states of edges of all lengths at a pressure.
+
+    Critical flaws scale with (k y0/T0)^(1/4): they fall with T0 - p to zero, and a clamped flap, which has
+    the moment p a^2/2 at its front, snaps where k kappa^2/2 is T0 y0/2.  Where the plain rod leads to none
+    that snaps, one that still holds does.
+    """
+    rod, ratio, held = scene.rod, Closure("ratio", scene.rod.ratio), Closure("pressure", P)
+    holds = min(NEAR_T * (1.0 - P), CLAMPED * math.sqrt(2.0 / P)) * rod.ratio**-0.25
+    ways: list[tuple[float, Callable[[SceneFamily], Sequence[SceneBranch]]]] = [
+        (BEGINNING, lambda family: (entered_branch(family),)),
+        (holds, scene_branches),
+    ]
+    found: SceneBranch | None = None
+    lost: NotConverged | None = None
+    for flaw, branches_of in reversed(ways) if holds > BEGINNING else ways:
+        start = SceneSpectral(replace(scene, unbonded=flaw * rod.eta), mesh, "unbonded")
+        try:
+            branches = branches_of(SceneFamily(scene.bond.law, start, ratio, holding=(held,)))
+        except NotConverged as error:
+            lost = error
+            continue
+        found = next((branch for branch in branches if branch.snap is not None), found or branches[0])
+        if found.snap is not None:
+            return found
+    if found is None:
+        assert lost is not None
+        raise lost
+    return found
 
 
 def snap_of(branch: SceneBranch, scene: Scene) -> Located:

@@ -21,10 +21,10 @@ from ..residual.phases import Layout, fits, without_middle_phase
 from ..residual.scene_certificate import certificate_of
 from ..residual.scene_phases import material_breaks, scene_layout
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSpectral
-from .family import Family
+from .family import Family, StepControl
 from .points import Point, place_of
 from .primary import Candidate, crossings, primary_branch
-from .scene_starts import SmallState, buckled, curled, layered, split, swollen
+from .scene_starts import SmallState, buckled, curled, layered, pressed, split, swollen
 from .special import LENGTH, Located, Monitor, locate
 
 #: Tip angles [rad] at which a scene is entered, one after the other: at a fixed angle, where neither p
@@ -33,6 +33,9 @@ ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 
 #: What is held on the way into a scene, one after the other where it stalls.
 HELD = {"amplitude": lambda s: float(s.A), "pressure": READINGS["pressure"], "length": READINGS["length"]}
+
+#: Share of its amplitude that a state keeps at least in a step of the way into a scene.
+SHRINKS = 0.1
 
 #: Shortest step of the way into a scene.
 SHORTEST = 1e-3
@@ -83,6 +86,9 @@ FORWARD, LONGER = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])
 
 #: Points over which a branch shows whether it rises: at the first alone its tangent may be rounding.
 BEGINNING = 3
+
+#: Iterations of a correction that lets the next step grow, on a layer: rounding makes the last two.
+QUICK_ON_A_LAYER = 6
 
 #: Points of a branch after which it is given up, in each direction.
 LONGEST = 200
@@ -184,8 +190,8 @@ class SceneBranch:
     ends : tuple of str
         Why the walk ended before its first and after its last point: "T", where the rod lies on its
         wall; "rest", where it comes to rest on its wall; "unloaded", where its pressure vanishes; "below",
-        where it would have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up at: "short",
-        "long", "touched", "suction", "unbounded", "stalled" or "limit".
+        where it would have to go through its wall; "contact", "lifts", "rolled up"; or what the walk gave up
+        at: "short", "long", "touched", "suction", "unbounded", "stalled" or "limit".
     """
 
     family: SceneFamily
@@ -378,7 +384,8 @@ def _walk(
     """Walk until an end of the branch is passed, and say which it is."""
     points: list[Point] = []
     highest = max(HIGHEST, ABOVE * abs(start.scalars.pressure_ratio))
-    for point in family.walk(start):
+    control = StepControl(quick=QUICK_ON_A_LAYER) if family.scene.layer is not None else None
+    for point in family.walk(start, control):
         s = point.scalars
         if points and _least_angle(family) > s.A:
             return [*points, *_least(family, points[-1])], "T" if family.scene.keeps_flat else "rest"
@@ -526,9 +533,27 @@ def _entered(family: SceneFamily) -> Point:
             problem, solved = found
             return family.point(problem, solved.x, _forward(family.scene), 0.0, solved.iterations)
     raise NotConverged(
-        f"the way from a plain rod into the scene was lost at {100.0 * furthest:.0f} % of it.",
+        f"the way from a plain rod into the scene was lost at {100.0 * furthest:.0f} % of it"
+        f"{_where(family, furthest)}.",
         remedy="Name fewer or smaller loads, or check their units.",
     )
+
+
+def _where(family: SceneFamily, share: float) -> str:
+    """Return what the numbers that grow on the way into a scene had become, in words."""
+    scene = family.scene
+    share = min(1.0, 2.0 * share) if family.free is not None else share  # half of the way lets go of a number
+    if not share:
+        return ""
+    there = scene.entered(share)
+    grown = [
+        f"{name} = {value * scene.dimensions[name].size(scene.rod):.4g}"
+        f" {scene.dimensions[name].unit_of(scene.rod)}".rstrip()
+        for name, value in scene.numbers.items()
+        if there[name] != value and value
+        for value in (there[name],)
+    ]
+    return f", where {', '.join(grown)}" if grown else ""
 
 
 def _ways(family: SceneFamily) -> Iterator[tuple[Profile, Callable[[float], SceneFamily], Closure]]:
@@ -559,7 +584,7 @@ def _way_from(
 def _small(scene: Scene) -> tuple[Callable[[Scene, float], SmallState], ...]:
     """Small states that a scene may begin with, the likeliest first."""
     if isinstance(scene.tip, Contact):
-        return (curled,)
+        return (pressed,) if scene.line_energy else (curled,)
     if not scene.line_energy:
         return (swollen,)
     if not (isinstance(scene.tip, Middle) and scene.tip.slack):
@@ -605,7 +630,7 @@ def _released(
     (held,) = family.holding
 
     def way(h: float) -> SceneFamily:
-        pressure = s.pressure_ratio + h * (held.value - s.pressure_ratio)
+        pressure = _between(s.pressure_ratio, held.value, h)
         return replace(family, holding=(Closure(held.kind, pressure),))
 
     profile = found[0].profile(found[1].x)
@@ -661,11 +686,12 @@ def led_over(
 def _on_its_side(
     family: SceneFamily, profile: Profile, held: Closure
 ) -> tuple[Discretisation, Correction] | None:
-    """Correct from a profile, unless that turns it over."""
+    """Correct from a profile, unless that turns it over or lays it down."""
     solved = family.solve(profile, held)
-    if solved is None or solved[0].scalars(solved[1].x).A * profile.scalars.A <= 0.0:
+    if solved is None:
         return None
-    return solved
+    kept = solved[0].scalars(solved[1].x).A / profile.scalars.A
+    return solved if kept > SHRINKS else None
 
 
 def _leading(

@@ -80,12 +80,7 @@ def curled(scene: Scene, ratio: float) -> SmallState:
     InvalidInput
         If the rod does not curl into its wall.
     """
-    curl = scene.imposed_curvature
-    if curl >= 0.0:
-        raise InvalidInput(
-            "a tip rests on its wall only where the rod curls into it, and this one does not.",
-            remedy="Give a natural_curvature below the curvature of the wall, or a tip without contact.",
-        )
+    curl = _curl(scene)
     share = min(1.0, CURL / -curl)
     length = 2.0 * math.sqrt(-curl * share)
     A, t = length**3 / 24.0, 1.0 - _points()
@@ -98,6 +93,42 @@ def curled(scene: Scene, ratio: float) -> SmallState:
     scalars = Scalars(A, -24.0, length, ratio * length**4 - PI4)
     numbers = {**scene.entered(share), "reaction": 0.75 * length, "pressure": 0.0, "ratio": ratio}
     return SmallState(_profile(scene, (Theta, K, ny, Y), scalars, numbers), Closure("pressure", 0.0), share)
+
+
+def pressed(scene: Scene, ratio: float) -> SmallState:
+    """Return a short rod that curls into its wall, held by its line energy, under the pressure that it takes.
+
+    A beam has y'' = c at its tip and e at its front, y = y' = 0 there and y = 0 at the tip under the load
+    (4 c + 8 e)/sbar^2; the reaction is -3 (c + e)/sbar, and the inclination of the tip sbar (e - c)/6.
+
+    Raises
+    ------
+    InvalidInput
+        If the rod does not curl into its wall.
+    NotConverged
+        If its line energy lifts its tip off the wall.
+    """
+    c = _curl(scene)
+    q = scene.numbers | {"ratio": ratio}
+    e = float(scene.front_curvature(0.0, q) - scene.wall.curvature_of(q))
+    if e >= -c:
+        raise NotConverged(
+            "the line energy bends the rod more at its front than it curls into its wall: its tip lifts off.",
+            remedy="Leave out tip=, or give a smaller line_energy.",
+        )
+    length, x = BEAM * min(1.0, 1.0 / -c), _points()
+    A, shear, load = length * (e - c) / 6.0, -3.0 * (c + e), 4.0 * c + 8.0 * e
+    fields = (
+        -length / A * (c * (1.0 - x) + shear * (1.0 - x**2) / 2.0 + load * (1.0 - x**3) / 6.0),
+        length / A * (c + shear * x + 0.5 * load * x**2),
+        length / A * (shear + load * x),
+        length / A * (c * (1.0 - x) ** 2 / 2.0 + shear * (2.0 - 3.0 * x + x**3) / 6.0)
+        + length / A * load * (3.0 - 4.0 * x + x**4) / 24.0,
+    )
+    pressure = load / length**2 + (0.0 if scene.bond is LINE else 1.0)
+    scalars = Scalars(A, (pressure - 1.0) * length**3 / A, length, ratio * length**4 - PI4)
+    numbers = {**q, "reaction": shear / length, "pressure": pressure}
+    return SmallState(_profile(scene, fields, scalars, numbers), Closure("length", length), entered=1.0)
 
 
 def swollen(scene: Scene, ratio: float) -> SmallState:
@@ -246,6 +277,17 @@ def layered(scene: Scene, plain: SceneProfile) -> SmallState:
     attached[:, :, SAMPLED.index("ny")] = bend * s.sigma**2 / s.A  # as much as it takes for Theta''
     profile = replace(plain, numbers=numbers, attached=attached)
     return SmallState(profile, Closure("amplitude", float(s.A)), 0.0, instead)
+
+
+def _curl(scene: Scene) -> float:
+    """Return the curvature with which a rod curls into its wall, over 1/eta; negative."""
+    curl = scene.imposed_curvature
+    if curl >= 0.0:
+        raise InvalidInput(
+            "a tip rests on its wall only where the rod curls into it, and this one does not.",
+            remedy="Give a natural_curvature below the curvature of the wall, or a tip without contact.",
+        )
+    return curl
 
 
 def _points() -> np.ndarray:

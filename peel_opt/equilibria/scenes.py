@@ -63,6 +63,9 @@ MOST_REFINEMENTS = 5
 #: the attached rod, then the unfolded one of least pressure.
 DEFAULT = ("lifted", "unfolded")
 
+#: Points of a branch below which it says nothing of what there is.
+FEWEST = 3
+
 #: Detached length over eta from which on a rod is all arm: its tip is as far from its front as it is long.
 LONG_ARM = 300.0
 
@@ -425,12 +428,13 @@ def _may_go_on(branch: SceneBranch, target: Closure) -> bool:
     scene = branch.family.scene
     ends = GIVEN_UP & set(branch.ends)
     if _torn(branch, target):
-        ends -= {"unbounded"} if branch.points[0].scalars.sigma < branch.points[-1].scalars.sigma else set()
         ends -= {"limit"} if branch.points[-1].scalars.sigma > LONG_ARM else set()
+    if target.kind == "pressure":  # beyond what was followed it only grows
+        ends -= {"unbounded"}
     strip = isinstance(scene.tip, Middle) and scene.tip.slack and scene.stretch is None
     if strip and scene.loads == (Pressure(),) and target.kind == "pressure" and branch.points:
         ends -= {"long"} if target.value > branch.points[-1].scalars.pressure_ratio else set()
-    return bool(ends)
+    return bool(ends) or len(branch.points) < FEWEST
 
 
 def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBranch]) -> bool:

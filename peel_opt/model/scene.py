@@ -262,11 +262,13 @@ class Scene:
     def entered(self, share: float) -> dict[str, float]:
         """Return its numbers on the way from the paper's scene (0) to this one (1).
 
-        What bends the wall, the rod or the bond grows with the share; the loads of this scene take over
-        from a uniform pressure (`load`), and a force or a moment on the tip grows.
+        What bends the wall or the rod grows with the share, and what the bond has, by equal factors where it
+        is large; the loads of this scene take over from a uniform pressure (`load`), and a force or a moment
+        on the tip grows.
         """
-        growing = {*OWN, *self.wall.parameters, *self.bond.parameters, "force", "moment", "roller"}
+        growing = {*OWN, *self.wall.parameters, "force", "moment", "roller"}
         own = {name: value * (share if name in growing else 1.0) for name, value in self.numbers.items()}
+        own |= {name: grown(own[name], share) for name in self.bond.parameters}
         if "stretch" in own:  # it is 1/EA that grows
             own["stretch"] = self.numbers["stretch"] / share if share else math.inf
         return own | {"entered": share}
@@ -434,6 +436,13 @@ class Scene:
         if isinstance(self.tip, TipLoad) and not isinstance(self.tip, Free):
             work += self.tip.work(tip.theta, q)
         return float(work + stored - separated - G0)
+
+
+def grown(value: float, share: float) -> float:
+    """Return what a number has become on the way from zero: sign(v) ((1 + |v|)^share - 1)."""
+    if share == 1.0:
+        return value
+    return math.copysign(math.expm1(share * math.log1p(abs(value))), value)
 
 
 def _as_bond(law: object) -> Bond:

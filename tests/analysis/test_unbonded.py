@@ -93,3 +93,18 @@ def test_the_shortest_edges_snap_just_below_the_strength() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
     safe = [po.safe_pressure(rod, a).pressure_ratio for a in (3e-7, 2e-6)]
     assert 1.0 > safe[0] > safe[1] > 0.995
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pressure", [0.001, 0.5, 0.9])
+def test_critical_flaws_of_slender_rods_scale_with_the_length_of_the_transition(pressure: float) -> None:
+    """In (k y0/T0)^(1/4), as slopes are small; a long one is a clamped flap, a^4 = 4 k T0 y0/p^2."""
+    scaled = []
+    for ratio in (300.0, 3000.0):
+        rod = po.Rod.from_ratio(ratio)
+        found = po.critical_flaw(rod, pressure)
+        assert po.safe_pressure(rod, found.flaw).pressure == pytest.approx(pressure, abs=1e-9)
+        scaled.append(found.flaw * ratio**0.25)
+    assert scaled[0] == pytest.approx(scaled[1], rel=1e-2)
+    if pressure == 0.001:
+        assert scaled[1] == pytest.approx((4.0 / pressure**2) ** 0.25, rel=0.05)

@@ -237,3 +237,25 @@ def test_above_the_snap_of_a_strip_with_slack_there_is_no_state_and_beyond_its_l
     assert caught.value.nearest == pytest.approx(0.7215, abs=1e-3)
     with pytest.raises(po.NotConverged, match="as far as it was followed"):
         po.solve(strip, free="length", pressure=0.1, state="folded")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "line_energy", "pressure"), [("auto", 0.001, 0.3), ("auto", 0.01, 2.0), ("none", 0.01, 0.3)]
+)
+def test_a_tip_rests_on_its_wall_where_a_line_energy_holds_the_front(
+    law: str, line_energy: float, pressure: float
+) -> None:
+    scene = po.Scene(ROD, wall=po.Circle(0.2), tip=po.Contact(), law=law, line_energy=line_energy)
+    eq = po.solve(scene, free="length", pressure=pressure)
+    assert eq.certified
+    assert eq.numbers["reaction"] > 0.0
+    given = {"y0": 1.0, "p": pressure, "kw": 0.2, "G0": line_energy} | ({"nocoh": 1} if law == "none" else {})
+    start = Start(eq.tip_angle, eq.x[0], eq.y[0], eq.Nx[0], eq.Ny[0], eq.curvature[0])
+    assert march(given, eq.length, start).missed < 1e-8
+
+
+def test_a_line_energy_that_lifts_the_tip_leaves_no_contact() -> None:
+    scene = po.Scene(ROD, wall=po.Circle(0.2), tip=po.Contact(), line_energy=0.05)
+    with pytest.raises(po.NotConverged, match="its tip lifts off"):
+        po.solve(scene, free="length", pressure=0.3)

@@ -428,3 +428,16 @@ def test_a_flap_in_its_vessel_is_traced_up_to_where_its_tip_comes_back() -> None
     assert flap.ended == "contact"
     assert flap.pressure_ratio[-1] == pytest.approx(1.0, abs=1e-3)
     assert flap.error.max() < 2e-9
+
+
+@pytest.mark.slow
+def test_a_rod_that_its_tip_load_tears_off_is_said_to_be() -> None:
+    """0.9 T0 eta is more than the peak of a peel at 90 degrees: without suction nothing holds it."""
+    torn = po.Scene(ROD, tip=po.TipLoad(force=0.9, angle=0.5 * math.pi))
+    with pytest.raises(po.NoEquilibrium, match="need suction: what is done to the tip tears the rod off"):
+        po.solve(torn, free="length", pressure=0.0)
+    sucked = po.solve(torn, free="pressure", length=1.0)
+    assert sucked.pressure < 0.0
+    assert "p < 0" in sucked.flags
+    back = po.solve(torn, free="length", pressure=sucked.pressure)
+    assert back.length == pytest.approx(1.0, abs=1e-9)
