@@ -13,7 +13,7 @@ import numpy as np
 from .chain import Chain
 from .memory import Memory
 from .moments import AHEAD, BLOCK, LONGEST, Lift, Moment, Pacer, Pressure, Spent, begun, let_go, spent
-from .readings import Recorder, at_rest_in, down, spin_of, tail
+from .readings import Recorder, at_rest_in, lying, spin_of, tail
 from .run import Posture, Setting, Told, Track, Until
 
 #: Link lengths over eta, and angles [rad] that a link turns in a step, of the two resolutions.
@@ -104,8 +104,10 @@ def carried(
                 lift, at = None, let_go(at)
                 pacer.begins()
                 kept.happened("lift")
-        elif down(at) and not down(before):
-            outcome, lifts = _landed(kept, until), 0 if kept.rose else lifts
+        elif lying(at).size and not lying(before).size:
+            rose = kept.rose
+            outcome, lifts = _beyond(rose, until), 0 if rose else lifts
+            kept.landed(before, at)
         elif lifts < len(LIFTS) and _stuck(kept, at, until):
             lift = Lift(at.t, LIFTS[lifts] * float(at.y.max()))
             at, lifts = replace(at, dt=np.inf), lifts + 1
@@ -134,10 +136,8 @@ def _stuck(kept: Recorder, at: Moment, until: Until) -> bool:
     return kept.at_rest(at) if until.arrest else kept.lain(at)
 
 
-def _landed(kept: Recorder, until: Until) -> str:
-    """Say what follows from a landing, and note it."""
-    rose = kept.rose
-    kept.happened("contact")
+def _beyond(rose: bool, until: Until) -> str:
+    """Say what follows from a landing, of a tip that has been lifted and rose or not."""
     if until.contact:
         return "contact"
     return "flapping" if rose and until.arrest else "not settled"

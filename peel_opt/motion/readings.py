@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from scipy.interpolate import BarycentricInterpolator
 
 from .chain import NY, THETA, Chain, X
 from .moments import Moment, Spent
@@ -18,6 +19,9 @@ POINTS = 101
 #: Speed below which, and distance still to go over eta below which, nothing moves any more, and the time
 #: over which it must have died away: by then what is fast has, and what leaves an unstable state is seen.
 SLOW, REST, WINDOW = 1e-3, 5e-4, 15.0
+
+#: What is no speed.
+TINY = 1e-30
 
 #: By how much more a tip rises, after it was lifted, that goes on by itself.
 RISEN = 1.5
@@ -91,10 +95,10 @@ def tail(at: Moment) -> int:
     return int(np.argmax(at.y > 0.0))
 
 
-def down(at: Moment) -> bool:
-    """Whether the tip, or a point between it and what is well open, lies on the plate."""
+def lying(at: Moment) -> np.ndarray:
+    """Return the nodes that lie on the plate, from the tip to what is well open, (m,)."""
     open_at = np.flatnonzero(at.y > CLEAR)
-    return bool(open_at.size) and not at.y[: open_at[-1]].all()
+    return np.flatnonzero(at.y[: open_at[-1]] == 0.0) if open_at.size else open_at
 
 
 def at_rest_in(at: Moment) -> str:
@@ -164,6 +168,21 @@ class Recorder:
         """Note that something happened at the last moment."""
         t, front, y, x, angle = self.rows[-1][:5]
         self.events.append(Happening(kind, t, front, y, x, angle))
+
+    def landed(self, before: Moment, at: Moment) -> None:
+        """Note that the rod has come down in the last step: where it would have, as it was coming."""
+        down, length = lying(at), at.t - before.t
+        y, v = before.y[down], before.v[1][down]
+        gains = (v - before.v_before[1][down]) / before.dt
+        # Of y + v t + gains t^2/2 the first root, by what does not cancel.
+        roots = 2.0 * y / np.maximum(np.sqrt(np.maximum(v * v - 2.0 * gains * y, 0.0)) - v, TINY)
+        came = min(float(roots.min()), length)
+        known = np.array([row[:5] for row in self.rows[-4:-1]])
+        path = BarycentricInterpolator(known[:, 0], known[:, 1:])(before.t + came)
+        front, height, x, angle = path.tolist()
+        self.events.append(
+            Happening("contact", before.t + came, front, height if at.y[0] > 0.0 else 0.0, x, angle)
+        )
 
     @property
     def rose(self) -> bool:
