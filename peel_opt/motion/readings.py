@@ -240,12 +240,17 @@ class Recorder:
         )
 
     def _angles(self) -> list[Happening]:
-        """Name when the tip has first turned by each multiple of `ANGLES`, between steps by cubics."""
+        """Name when the tip has first turned by each multiple of `ANGLES`, between steps by cubics.
+
+        They do not reach beyond a landing, where it turns otherwise from one moment to the next.
+        """
         path = np.array(self.rows)[:, :5]
         angle, found = path[:, 4], []
+        landings = np.searchsorted(path[:, 0], [e.t for e in self.events if e.kind == "contact"])
         for k in range(1, int(-angle.min() / ANGLES) + 1):
             i = int(np.argmax(angle <= -k * ANGLES))
-            near = path[max(i - 2, 0) : i + 2]
+            last = min((int(n) for n in landings if i <= n < i + 2), default=i + 2)
+            near = path[max(last - 4, 0) : last]
             if i == 0 or len(near) < 4 or np.any(np.diff(near[:, 4]) >= 0.0):
                 continue
             wanted = -k * ANGLES - near[0, 4]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import peel_opt as po
 from peel_opt.model.bond import COHESIVE
-from peel_opt.motion.mesh import run_on_mesh
+from peel_opt.motion.chain import THETA, Chain
+from peel_opt.motion.memory import Memory
+from peel_opt.motion.mesh import carried, run_on_mesh
+from peel_opt.motion.moments import Moment, begun, step
 from peel_opt.motion.run import Posture, Setting, Until
 
 #: Orbits of independent computations, to 1e-7: tip angle, time, front, x and y of the tip.
@@ -71,6 +76,37 @@ def test_orbits_are_those_of_front_tracking_and_come_nearer_on_a_finer_mesh(cell
     eq = po.length_given_pressure(po.Rod.from_ratio(cell[0]), cell[1], state="folded")
     assert fine.front[-1] == pytest.approx(eq.length_ratio, abs=5e-4)
     assert fine.tip.y[-1] == pytest.approx(eq.tip_height, abs=5e-3)
+
+
+def warm() -> tuple[Chain, Moment]:
+    """A rod well on its way, on a coarse mesh."""
+    chain = Chain(0.1, Memory(COHESIVE, 0.3), 0.0, 1.0)
+    begins = begun(chain, start_of(0.3, 0.9), np.inf)
+    return chain, carried(chain, begins, lambda _: 0.9, Until(11.0, False, False), turn=0.05).last
+
+
+def test_steps_in_time_are_of_order_two():
+    chain, begins = warm()
+    ends = []
+    for many in (10, 20, 40, 80):
+        at = replace(begins, dt=np.inf)
+        for _ in range(many):
+            at = step(chain, at, 4.0 / many, 0.9)
+        ends.append((at.u[0, THETA], at.y[0]))
+    differences = np.diff(ends, axis=0)
+    assert differences[:-1] / differences[1:] == pytest.approx(np.full((2, 2), 4.0), abs=0.3)
+    assert begins.y[0] < 0.7 * ends[0][1]
+
+
+@pytest.mark.slow
+def test_links_are_of_order_two(monkeypatch):
+    missed = []
+    for h in (0.1, 0.05):
+        monkeypatch.setattr("peel_opt.motion.mesh.LINKS", (h,))
+        monkeypatch.setattr("peel_opt.motion.mesh.TURNS", (0.00625,))
+        missed.append(missed_orbit(run(0.3, 0.9, time=26.0), ORBITS[0.3, 0.9])[0])  # the times
+    assert 3.0 < missed[0] / missed[1] < 6.0
+    assert missed[1] < 2e-3
 
 
 def test_a_rod_with_mass_is_thrown_as_by_front_tracking():
