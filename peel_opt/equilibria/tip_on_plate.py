@@ -138,7 +138,8 @@ def flat_fold(
     Raises
     ------
     InvalidInput, OutOfRange, NoEquilibrium, NotConverged, NotCertified
-        As `touching`.
+        As `touching`.  Of a loop that is long beside y0 rounding leaves an error above 1e-8: at eta/y0 = 500
+        and p/T0 = 2e-3 5e-8 of 37 eta, at 1e-4 4e-7 of 79 eta.  Ask for it with a larger ``tol``.
 
     Examples
     --------

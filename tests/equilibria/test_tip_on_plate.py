@@ -84,6 +84,18 @@ def test_a_flat_fold_stays_down_to_hardly_any_pressure_and_in_the_units_of_its_r
     assert real.numbers["reaction"] == pytest.approx(plain.numbers["reaction"] * force, rel=1e-7)
 
 
+@pytest.mark.slow
+def test_a_loop_that_is_long_beside_y0_is_known_to_what_rounding_leaves():
+    rod = po.Rod.from_ratio(500.0)
+    with pytest.raises(po.NotCertified, match="larger tol"):
+        po.flat_fold(rod, 2e-3)
+    loop = po.flat_fold(rod, 2e-3, tol=1e-6)
+    assert 1e-8 < loop.error < 2e-7
+    # Where hardly any of the loop is bonded, lengths go with p^(-1/3).
+    near = po.flat_fold(rod, 2.2e-3, tol=1e-6)
+    assert loop.length / near.length == pytest.approx(1.1 ** (1.0 / 3.0), rel=0.02)
+
+
 def test_states_on_the_plate_take_other_laws():
     rod, law = po.Rod.from_ratio(1.0), po.trapezoidal(0.4)
     loop = po.flat_fold(rod, 0.8, law=law)
