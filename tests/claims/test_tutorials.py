@@ -46,3 +46,18 @@ def test_a_tutorial_runs_in_an_empty_folder(
             )
             assert same, f"the page says\n{block}\nprinted is\n{printed}"
     run_as_script(text, tmp_path, cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_a_tutorial_is_a_notebook_whose_results_show_themselves(tmp_path: Path) -> None:
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    text = (DOCS / "tutorial_biomechanics.md").read_text(encoding="utf-8")
+    blocks = [code for language, code in BLOCK.findall(text) if language == "python"]
+    assert len(blocks) > 4
+    cells = [nbformat.v4.new_code_cell(code) for code in [*blocks, "snapped", "flat"]]
+    book = nbformat.v4.new_notebook(cells=cells)
+    client = nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(tmp_path)}})
+    client.execute()  # raises where a cell does
+    for cell in book["cells"][-2:]:
+        assert {"text/html", "image/png"} <= set(cell["outputs"][-1]["data"])
