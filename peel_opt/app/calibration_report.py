@@ -27,6 +27,8 @@ def heading(card: CalibrationCard, path: str) -> str:
     files = [*(t.file for t in card.pairs), *(t.file for t in card.shapes)]
     lines = [f"{one_line(card.title)}  ({path})", f"  data: {', '.join(map(one_line, files))}"]
     lines.append(f"  free: {', '.join(card.calibration.free)}; loss: {card.calibration.loss}")
+    if card.bare:
+        lines.append(f"  numbers without a unit are in SI: {', '.join(card.bare)}")
     if card.note:
         lines.append(f"  note: {one_line(card.note)}")
     return "\n".join(lines)

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from ..base.units import KINDS, Kind
+from .bare_numbers import noted_kind
 from .calibration_cards import CalibrationCard
 from .card_templates import TEMPLATES
 from .cards import Card, SourcedCard
@@ -49,10 +50,11 @@ VALUES = """
 ## Numbers and units
 
 A number is a text with its unit, `"140 kPa"`. **A plain number, without quotes, is in the SI unit of its
-key**, which the tables below name. All units of the command line can be used, among them those of the trades
-([command_line.md](command_line.md#units)). In questions, scenes and histories the rod's own `T0`, `eta` and
-`y0` are units too: `length = "5.664 y0"`. Of a rod known by its `ratio` alone lengths are plain numbers in
-eta, and pressures in T0. An unknown key is an error that names the one that was meant.
+key**, which the tables below name; the heading of the answers lists such numbers. All units of the command
+line can be used, among them those of the trades ([command_line.md](command_line.md#units)). In questions,
+scenes and histories the rod's own `T0`, `eta` and `y0` are units too: `length = "5.664 y0"`. Of a rod known
+by its `ratio` alone lengths are plain numbers in eta, and pressures in T0. An unknown key is an error that
+names the one that was meant.
 
 ## Where numbers are from
 
@@ -156,11 +158,7 @@ def _kind(name: str, field: FieldInfo, table: type[BaseModel]) -> Kind | None:
     """Return what a number measures; None if it is none, or if that depends on the question."""
     if table is SceneTable:
         return KINDS[MEASURES[name].unit] if name in MEASURES else None
-    noted = [
-        *field.metadata,
-        *(one for arg in get_args(field.annotation) for one in getattr(arg, "__metadata__", ())),
-    ]
-    return next((one for one in noted if isinstance(one, Kind)), None)
+    return noted_kind(field)
 
 
 def _plain(annotation: Any) -> Any:

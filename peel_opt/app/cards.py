@@ -14,12 +14,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, PrivateAttr, ValidationError, model_validator
 
 from ..base.errors import CardError, CardWarning, InvalidInput, PeelOptError
 from ..base.files import as_path
 from ..model.rod import Rod
 from ..model.scene import Scene
+from .bare_numbers import bare_numbers
 from .card_tables import CardTable, GroupsTable, RodTable
 from .history_table import HistoryTable
 from .questions import Answer, Posed, Problem, QuestionTable
@@ -46,6 +47,8 @@ class SourcedCard(CardTable):
     #: Its tables by their headers.
     tables: ClassVar[Mapping[str, type[BaseModel]]] = {}
 
+    _bare: tuple[str, ...] = PrivateAttr(())
+
     title: str = Field(description="what the card is about")
     note: str = Field("", description="what a reader must know about the answers")
     source: str = Field("", description="where all numbers are from that have no line of their own below")
@@ -70,14 +73,20 @@ class SourcedCard(CardTable):
             card = cls.model_validate(content)
         except ValidationError as error:
             raise CardError(f"card {str(path)!r}: {explain(error, cls)}") from error
-        if bare := card.unsourced:
+        card._bare = bare_numbers(content, cls.tables)
+        if lost := card.unsourced:
             warnings.warn(
-                f"card {str(path)!r} does not say where {', '.join(bare)} {'is' if len(bare) == 1 else 'are'}"
+                f"card {str(path)!r} does not say where {', '.join(lost)} {'is' if len(lost) == 1 else 'are'}"
                 ' from: give a source = "..." for all, or name each under [sources] or [estimates].',
                 CardWarning,
                 stacklevel=3,  # who loads it
             )
         return card
+
+    @property
+    def bare(self) -> tuple[str, ...]:
+        """The numbers that stand on the card without a unit, with the SI unit that they are taken in."""
+        return self._bare
 
     @property
     def given(self) -> set[str]:

@@ -129,6 +129,8 @@ def heading(card: Card, path: str, shown: ShownUnits | None = None) -> str:
         lines.append(f"  {others}: {one_line(card.source)}")
     if card.unsourced:
         lines.append(f"  without a source: {', '.join(card.unsourced)}")
+    if card.bare:
+        lines.append(f"  numbers without a unit are in SI: {', '.join(card.bare)}")
     if card.note:
         lines.append(f"  note: {one_line(card.note)}")
     return "\n".join(lines)

@@ -73,16 +73,20 @@ _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _SIGNS = str.maketrans({"−": "-", "·": "*", "⋅": "*", "∙": "*", "×": "*", "₂": "2", "°": "deg"})
 
 #: Units of the trade that pint does not know, or not by this name.
-_DEFINITIONS = ("@alias torr = Torr", "pound_force_per_square_foot = force_pound / foot ** 2 = psf")
+_DEFINITIONS = (
+    "@alias torr = Torr",
+    "pound_force_per_square_foot = force_pound / foot ** 2 = psf",
+    "pound_force_per_inch = force_pound / inch = pli",
+)
 #: What pint takes for something else: its mil is an angle.
 _MEANT = {"mil": "thou", "mils": "thou"}
 #: Masses that are said where the force of their weight is meant.
 _FORCES = {"oz": "ozf", "lb": "lbf", "lbs": "lbf", "g": "gf", "kg": "kgf"}
 #: What is written in one word or with a space, and how it is read.
 _SPELLINGS = (
-    (re.compile(r"\b(mm|cm|m|in|ft)[\s_]*(Hg|H2O)\b"), r"\1\2"),
+    (re.compile(r"\b(mm|cm|m|in|ft)[\s_-]*(Hg|H2O)\b"), r"\1\2"),
     (re.compile(r"\b([pnuµμmkM]?N)([nuµμmc]?m)\b"), r"\1 \2"),
-    (re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])"), "*"),
+    (re.compile(r"(?<=[^\W\d_])[-.](?=[^\W\d_])"), "*"),
     (re.compile(r"^1\s*/"), "/"),
 )
 
@@ -178,12 +182,14 @@ def _refuse_separators(name: str, digits: str) -> None:
     if "," not in digits and len(parts) == 2 and "." in digits:
         return
     whole, point = "".join(parts), f"{''.join(parts[:-1])}.{parts[-1]}"
+    signs = set(re.findall(r"[.,'’_\s]", digits))
     if digits.count(",") == 1 and len(parts) == 2:
         either = len(parts[1]) == 3
         words = "a comma, decimal or of thousands" if either else "a decimal comma"
         write = f"{point} or {whole}" if either else point
     else:
-        decimal = {",", "."} <= set(digits)  # the last of both
+        # The last sign, if it is another than those before it.
+        decimal = len(signs) > 1 and re.findall(r"[.,'’_\s]", digits)[-1] in ",."
         words, write = "separators of thousands", point if decimal else whole
     raise InvalidInput(f"{name} has {words}, got {digits!r}.", remedy=f"Write {write}.")
 
@@ -291,9 +297,10 @@ def _scale(name: str, unit: str, kind: Kind, own: Mapping[str, float]) -> Decima
         weighed = quantity * _unit(name, "m/s^2", kind, own)
         masses = [word for word in re.findall(r"[A-Za-z]+", unit) if word in _FORCES]
         if masses and weighed.dimensionality == wanted.dimensionality:
+            force = re.sub(rf"\b{masses[0]}\b", _FORCES[masses[0]], unit)
             raise InvalidInput(
                 f"{name} cannot be measured in {unit!r}: {masses[0]!r} is a mass.",
-                remedy=f"Its weight is {_FORCES[masses[0]]!r}.",
+                remedy=f"Its weight is {_FORCES[masses[0]]!r}; if that is meant, write {force!r}.",
             )
         raise InvalidInput(f"{name} cannot be measured in {unit!r}.", remedy=_wanted(kind, own))
     scale: Decimal = (quantity / wanted).to_base_units().magnitude

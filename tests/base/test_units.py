@@ -67,6 +67,9 @@ OWN = {"y0": 7e-4, "eta": 5e-4}
         ("3 N/(25 mm)", WORK, 120.0),
         ("5 ozf/in", WORK, 5 * 0.45359237 * 9.80665 / 16 / 0.0254),
         ("5 gf/cm", WORK, 4.903325),
+        ("2 pli", WORK, 2 * 0.45359237 * 9.80665 / 0.0254),
+        ("120 mm-Hg", PRESSURE, 15998.6865),
+        ("23 uN.m", STIFFNESS, 23e-6),
         ("5.664 y0", LENGTH, 5.664 * 7e-4),
     ],
 )
@@ -91,6 +94,8 @@ def test_a_plain_number_is_in_si_units():
         ("140 mm", "cannot be measured in 'mm'"),
         ("3 degC", "unit"),
         ("1 500 Pa", "separators of thousands, got '1 500'. Write 1500."),
+        ("1 500,5 Pa", "separators of thousands, got '1 500,5'. Write 1500.5."),
+        ("1,500,000 Pa", "separators of thousands, got '1,500,000'. Write 1500000."),
         ("1'500 Pa", "Write 1500."),
         ("1_500 Pa", "Write 1500."),
         ("1.234.567 Pa", "Write 1234567."),
@@ -131,7 +136,8 @@ def test_what_cannot_be_meant_is_one_line_that_names_the_field(value, words):
 
 @pytest.mark.parametrize(("mass", "force"), [("oz/in", "ozf"), ("lb/in", "lbf"), ("g/cm", "gf")])
 def test_a_mass_in_the_place_of_a_force_is_told_from_it(mass, force):
-    with pytest.raises(InvalidInput, match=rf"is a mass\. Its weight is '{force}'\."):
+    words = rf"is a mass\. Its weight is '{force}'; if that is meant, write '{force}/\w+'\."
+    with pytest.raises(InvalidInput, match=words):
         parse("work_of_separation", f"5 {mass}", WORK)
 
 
