@@ -512,8 +512,9 @@ def _found(point: Point) -> dict[str, float]:
 
 
 def gap_at_tip(point: Point) -> float:
-    """What the bond would see at the tip: for most the gap over y0."""
-    return float(point.profile.heights()[0, 0])
+    """Gap at the tip over y0, whatever else the bond sees of it."""
+    assert isinstance(point.profile, SceneProfile)
+    return float(point.profile.gaps()[0, 0] * point.scalars.ratio)
 
 
 def _entered(family: SceneFamily) -> Point:

@@ -334,12 +334,19 @@ def _require_no_smaller(question: SceneQuestion, branches: Sequence[SceneBranch]
         return
     read = READINGS[question.target.kind]
     for branch in branches:
-        if branch.points and 0.0 < question.target.value < read(branch.points[0].scalars):
+        if not branch.points or not 0.0 < question.target.value < read(branch.points[0].scalars):
+            continue
+        if branch.ends[0] == "unloaded":
             raise NotConverged(
-                f"{question.words}: the lifted state is smaller than those that were followed"
-                f" (tip angle below {branch.points[0].scalars.A:.1e} rad).",
-                remedy="Ask for one of the states beyond the snap with state=, or for a larger one.",
+                f"{question.words}: what lifts the rod lifts a longer one without any pressure, and one so"
+                " short only against suction, which was not followed.",
+                remedy="Ask for a larger one.",
             )
+        raise NotConverged(
+            f"{question.words}: the lifted state is smaller than those that were followed"
+            f" (tip angle below {branch.points[0].scalars.A:.1e} rad).",
+            remedy="Ask for one of the states beyond the snap with state=, or for a larger one.",
+        )
 
 
 def _nothing(
@@ -427,6 +434,8 @@ def _may_go_on(branch: SceneBranch, target: Closure) -> bool:
     """
     scene = branch.family.scene
     ends = GIVEN_UP & set(branch.ends)
+    if branch.ends[0] == "unloaded" and target.value < READINGS[target.kind](branch.points[0].scalars):
+        return True  # under suction
     if _torn(branch, target):
         ends -= {"limit"} if branch.points[-1].scalars.sigma > LONG_ARM else set()
     if target.kind == "pressure":  # beyond what was followed it only grows

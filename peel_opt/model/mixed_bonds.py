@@ -140,7 +140,7 @@ class EffectiveOpening(Bond):
         """Return the two components of tau(delta) along the displacement."""
         z2 = q["zeta"] ** 2
         ratio = z2 * u / g  # of the displacements; u falls off faster than g towards the edge
-        along = (1.0 + z2 * (u / g) ** 2) ** -0.5
+        along = g / abs(g) * (1.0 + z2 * (u / g) ** 2) ** -0.5  # under the wall it pushes
         tau = 1.0 - piece.drop(self.opening(g, u, q))
         return 1.0 - tau * along, tau * along * ratio
 

@@ -29,7 +29,7 @@ from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
 from .dimension import CURVATURE, ENERGY, FORCE, LENGTH, NUMBER, Dimension
 from .layer import ElasticLayer
 from .loads import Force, Load, Pressure
-from .mixed_bonds import LINE, Bond, Opening
+from .mixed_bonds import LINE, Bond, EffectiveOpening, Opening
 from .place import Numbers, Place
 from .rod import Rod, require_rod
 from .stretch import past_of, shared_kink
@@ -116,6 +116,12 @@ class Scene:
         self._require_layer()
         if isinstance(self.tip, Middle) and not self.is_flat:
             raise InvalidInput("half of a symmetric strip is modelled on a flat wall.")
+        if isinstance(self.tip, Contact) and isinstance(self.bond, EffectiveOpening):
+            raise InvalidInput(
+                "a tip that rests on its wall slides without a gap, where a traction that follows the"
+                " displacement turns abruptly: this bond is modelled under a tip that is free.",
+                remedy="Leave out tip=, or give another bond.",
+            )
         if self.bond.slips and not self.is_flat:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."

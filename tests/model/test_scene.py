@@ -30,6 +30,10 @@ ROD = po.Rod.from_ratio(1.0)
         (lambda: po.Scene(ROD, unbonded=-1.0), "zero or positive"),
         (lambda: po.Scene(ROD, natural_curvature=math.nan), "finite"),
         (lambda: po.Scene(ROD, wall=po.Circle(0.1), law=po.ShearSprings(1.0)), "flat wall"),
+        (
+            lambda: po.Scene(ROD, natural_curvature=-0.1, tip=po.Contact(), law=po.EffectiveOpening(1.0)),
+            "under a tip that is free",
+        ),
         (po.SkinFriction, "one of traction= and share="),
         (lambda: po.Pressure(dead=1.5), "between 0 and 1"),
         (lambda: po.Pressure(profile=3), "profile must be"),
