@@ -472,7 +472,7 @@ def test_pictures_need_neither_latex_nor_a_backend(setting, backend, tmp_path):
 def test_the_folder_of_a_page_is_made(call, tmp_path, monkeypatch):
     from peel_opt.app.explorer import export
 
-    monkeypatch.setattr(export, "write_page", lambda path, *_: Path(path))
+    monkeypatch.setattr(export, "write_page", lambda path, *_, **__: Path(path))
     assert call("explore", "--export", tmp_path / "new" / "page.html")[0] == 0
     assert (tmp_path / "new").is_dir()
 

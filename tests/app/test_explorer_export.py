@@ -20,20 +20,26 @@ from peel_opt.app.cli.main import main
 from peel_opt.app.explorer import export, precomputed
 from peel_opt.app.explorer.export import write_page
 from peel_opt.app.explorer.precomputed import places, relatives, solved
+from peel_opt.app.explorer.presets import FIGURES, SCENES
 from peel_opt.app.explorer.state import State
+from peel_opt.plots.scene import LINES
 
 from . import test_explorer_browser as live
 
 browser, downloads = live.browser, live.downloads
 
 START = State(lam=-0.2)
+#: One of them is not on its branch.
+BEGIN = {"Figures": {name: FIGURES[name] for name in ("Figure 6: β₀ = 10", "Figure 3 (e): y < 0")}}
 FLAP = State(units="SI", given="length", law="cohesive", length=1.9e-3, pressure=6e4)
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small page: two beta0, few places."""
-    return write_page(tmp_path_factory.mktemp("page") / "page.html", START, values=[8.0], points=12)
+    return write_page(
+        tmp_path_factory.mktemp("page") / "page.html", START, values=[8.0, 42.0], points=10, begin=BEGIN
+    )
 
 
 # --- which states ---------------------------------------------------------------------------
@@ -93,6 +99,8 @@ def test_a_page_is_whole_small_and_says_what_it_is(page: Path) -> None:
     assert re.search(r"(\d+) states, solved beforehand by method \S+ to 1e-8: \1 certified", text)
     assert "Linear law (Fig 2b), delay convention" in text
     assert "The state asked for" not in text
+    assert "Play the sweep" not in text  # there is none
+    assert "Choose a problem and move along its branch" in text
 
 
 @pytest.mark.parametrize(
@@ -100,7 +108,9 @@ def test_a_page_is_whole_small_and_says_what_it_is(page: Path) -> None:
     [State(lam=-5.0), State(lam=1.0, label="spurious"), State(beta0=53.16, lam=15.69)],
 )
 def test_a_state_that_is_not_on_the_branch_is_said(tmp_path: Path, state: State) -> None:
-    text = write_page(tmp_path / "page.html", state, values=[], points=4).read_text(encoding="utf-8")
+    text = write_page(tmp_path / "page.html", state, values=[], points=4, begin={}).read_text(
+        encoding="utf-8"
+    )
     assert f"({state.label}), is not on this branch" in text
 
 
@@ -119,15 +129,36 @@ def test_a_rod_has_places_from_t_to_contact_and_its_own_state_among_them() -> No
 
 
 @pytest.mark.slow
+def test_relatives_of_a_scene_have_another_number_of_it() -> None:
+    state = SCENES["An edge never glued, of 0.5 η"]
+    found = relatives(state)
+    assert [r.name for r in found] == ["a = 0.25 η", "a = 0.5 η", "a = 0.75 η"]
+    assert [r.asked for r in found] == [False, True, False]
+    assert [r.state.unbonded for r in relatives(state, [1.0])] == [0.5, 1.0]
+
+
+@pytest.mark.slow
+def test_places_of_a_scene_run_along_its_branch() -> None:
+    state = SCENES["An edge never glued, of 0.5 η"].changed(accuracy="standard")
+    found = places(state, 6)
+    assert {p.state.label for p in found} == {"lifted", "middle", "folded"}
+    found, at, own = precomputed.with_own(found, state)
+    assert own
+    for place in (found[at], found[-1]):
+        screen = solved(place)
+        assert screen is not None
+        assert screen.loop is not None
+
+
 def test_the_same_problem_gives_the_same_bytes(page: Path, tmp_path: Path) -> None:
-    again = write_page(tmp_path / "again.html", START, values=[8.0], points=12)
-    assert again.read_bytes() == page.read_bytes()
     code = (
         "import sys; from peel_opt.app.explorer.export import write_page;"
         "from peel_opt.app.explorer.state import State;"
-        "write_page(sys.argv[1], State(lam=-0.2), values=[8.0], points=12)"
+        "from peel_opt.app.explorer.presets import FIGURES;"
+        "begin = {'Figures': {name: FIGURES[name] for name in ('Figure 6: β₀ = 10', 'Figure 3 (e): y < 0')}};"
+        "write_page(sys.argv[1], State(lam=-0.2), values=[8.0, 42.0], points=10, begin=begin)"
     )
-    # Ids have not been counted there yet, and strings hash differently.
+    # Ids have been counted otherwise there, and strings hash differently.
     done = subprocess.run(
         [sys.executable, "-c", code, tmp_path / "third.html"], check=False, capture_output=True, text=True
     )
@@ -167,7 +198,7 @@ def test_an_interrupted_page_leaves_what_was_there(tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr(export, "solved", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        write_page(target, START, values=[], points=4)
+        write_page(target, START, values=[], points=4, begin={})
     assert target.read_text(encoding="utf-8") == "before"
     assert [f.name for f in tmp_path.iterdir()] == ["page.html"]
 
@@ -175,7 +206,7 @@ def test_an_interrupted_page_leaves_what_was_there(tmp_path: Path, monkeypatch: 
 def test_a_page_of_nothing_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(export, "solved", lambda _place: None)
     with pytest.raises(po.NoEquilibrium, match="could be solved"):
-        write_page(tmp_path / "page.html", START, values=[], points=4)
+        write_page(tmp_path / "page.html", START, values=[], points=4, begin={})
     assert not list(tmp_path.iterdir())
 
 
@@ -196,6 +227,25 @@ def test_without_bokeh_the_line_to_install_it(
 
 
 # --- in a browser ---------------------------------------------------------------------------
+
+
+def begin_with_a_figure(browser: Any) -> None:
+    """A problem to begin with opens at its own state, and takes the mark off the relatives."""
+    options = live.js(browser, "return model('begin').options")
+    assert [name for _, name in options["Figures"]] == ["Figure 6: β₀ = 10"]
+    live.js(browser, "model('begin').value = arguments[0]", options["Figures"][0][0])
+    live.wait(lambda: "β₀ = 10" in live.text(browser, "headline"))
+    assert live.dot(browser, "diagram")[0] == pytest.approx(-1.0)
+    assert live.js(browser, "return model('choice').active") is None
+    # Above the turn there is no potential: no axes of nothing, and no complaint of a mark that is gone.
+    live.js(browser, "model('choice').active = 2; model('place').value = 5")
+    live.wait(lambda: "β₀ = 42" in live.text(browser, "headline"))
+    live.wait(lambda: not live.js(browser, "return model('potential').below[0].visible"))
+    live.js(browser, "model('choice').active = 1")
+    live.wait(lambda: "β₀ = 8" in live.text(browser, "headline"))
+    assert live.js(browser, "return model('begin').value") == ""
+    live.js(browser, "const s = model('place'); s.value = s.end")
+    live.wait(lambda: live.dot(browser, "diagram")[0] > 2.5)
 
 
 def test_an_exported_page_works_without_any_network(browser: Any, page: Path) -> None:
@@ -223,7 +273,8 @@ def test_an_exported_page_works_without_any_network(browser: Any, page: Path) ->
         live.wait(lambda: not live.nameless(browser))
         assert {"place along the branch", "bifurcation diagram"} <= {n["name"] for n in live.heard(browser)}
         before = [live.dot(browser, name) for name in ("diagram", "potential", "loop")]
-        rod = "return Array.from(model('rod').renderers[1].data_source.data.y).slice(0, 5)"
+        own = 1 + LINES.index("rod")  # the ground comes first
+        rod = f"return Array.from(model('rod').renderers[{own}].data_source.data.y).slice(0, 5)"
         shape = live.js(browser, rod)
         last = live.js(browser, "const s = model('place'); s.value = s.end; return s.end")
         assert last > 6
@@ -239,6 +290,8 @@ def test_an_exported_page_works_without_any_network(browser: Any, page: Path) ->
         live.wait(lambda: "β₀ = 8" in live.text(browser, "headline"))
         lam, alpha1 = live.dot(browser, "diagram")
         assert po.equilibrium(beta0=8, lam=lam).alpha1 == pytest.approx(alpha1, rel=1e-5)
+
+        begin_with_a_figure(browser)
 
         # A click on the branch goes there.
         code = """

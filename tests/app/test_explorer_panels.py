@@ -28,7 +28,7 @@ def labels(picture: Picture) -> list[str]:
 
 def test_a_rod_has_its_shape_its_forces_and_its_units() -> None:
     eq = po.pressure_given_length(FLAP, 1.9e-3)
-    pen = FourPanels().rod
+    pen = FourPanels(live=True).rod
     apply(pen.updates("Rod", rod_panel(eq)))
     np.testing.assert_allclose(pen.lines["rod"].data["x"], eq.x * 1e3, rtol=1e-14)
     np.testing.assert_allclose(pen.lines["rod"].data["y"], eq.y * 1e3, rtol=1e-14)
@@ -47,7 +47,7 @@ def test_a_rod_has_its_shape_its_forces_and_its_units() -> None:
 
 def test_a_diagram_has_letters_numbers_and_units() -> None:
     branch = po.trace(FLAP, points=24, tol=1e-6)
-    pen = FourPanels().diagram
+    pen = FourPanels(live=True).diagram
     apply(pen.updates("Diagram", diagram_panel(branch)))
     np.testing.assert_allclose(pen.lines["branch"].data["x"], branch.length * 1e3)
     assert pen.figure.yaxis[0].axis_label == "pressure p [kPa]"
@@ -86,7 +86,7 @@ def test_a_range_stands_still_while_it_is_filled() -> None:
 
 def test_all_four_panels_show_the_state_of_a_scene() -> None:
     screen = live_screen(State(), budget=10.0)
-    panels = FourPanels()
+    panels = FourPanels(live=True)
     apply(panels.updates(screen))
     eq = screen.equilibrium
     assert eq is not None

@@ -18,6 +18,7 @@ def add_commands(command: AddCommand) -> None:
     explore.add_argument("--port", type=int, metavar="N", help="port on 127.0.0.1 (5006, or a free one)")
     explore.add_argument("--no-browser", action="store_true", help="only say where the page is")
     explore.add_argument("--export", metavar="FILE", help="write a page that needs no server, and end")
+    explore.add_argument("--alone", action="store_true", help="write it without problems to begin with")
 
 
 def _explore(arguments: argparse.Namespace) -> int:
@@ -29,7 +30,7 @@ def _explore(arguments: argparse.Namespace) -> int:
 
         make_folder(as_path(arguments.export).parent)
 
-        say(str(write_page(arguments.export, state)))
+        say(str(write_page(arguments.export, state, begin={} if arguments.alone else None)))
         return OK
     from ..explorer.server import serve
 

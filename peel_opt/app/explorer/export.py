@@ -8,24 +8,26 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ... import __version__
-from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium
+from ...base.errors import InvalidInput, MissingExtra, NoEquilibrium, PeelOptError
 from ...base.files import atomic_write
 from ...base.progress import progress
 from ...base.units import display
 from . import look
-from .precomputed import Relative, places, relatives, solved, with_own
+from .precomputed import Relative, SliderPlace, beginnings, places, relatives, solved, with_own
+from .presets import presets
+from .setups import SETUPS
 from .state import State
 
 if TYPE_CHECKING:
     from .export_page import Chosen
 
-#: Places along each branch.
-POINTS = 48
+#: Places along each branch, and along that of a problem to begin with.
+POINTS, PRESET_POINTS = 48, 12
 
 #: Nothing is loaded and nothing is sent: what the page needs is in it.  BokehJS compiles the scripts.
 POLICY = (
@@ -51,6 +53,7 @@ def write_page(
     *,
     values: Sequence[float] | None = None,
     points: int = POINTS,
+    begin: Mapping[str, Mapping[str, State]] | None = None,
 ) -> Path:
     """Write a page with rod, diagram, potential and loop, linked by a slider along the branch.
 
@@ -65,6 +68,9 @@ def write_page(
         without them.
     points : int, optional
         Most places along each branch.
+    begin : mapping, optional
+        Further problems by heading and name, each at `PRESET_POINTS` places at most, or ``points`` if that is
+        less; without it those that the explorer begins with, and none if it is empty.
 
     Returns
     -------
@@ -95,7 +101,9 @@ def write_page(
             "a page needs Bokeh, which is not installed.",
             remedy="Install it with: pip install 'peel_opt[explore]'",
         ) from error
-    problems = relatives(state or State(), values)
+    start = state or State()
+    known = presets() if begin is None else begin
+    problems = (*relatives(start, values), *beginnings(start, known))
     # The file is opened first: where it cannot be written, nothing is computed.
     return atomic_write(path, lambda file: file.write(_page(problems, points).encode()))
 
@@ -104,29 +112,44 @@ def _page(problems: tuple[Relative, ...], points: int) -> str:
     """Compute everything and return the page."""
     from .export_page import Chosen, document
 
-    planned, start, own = [], 0, False
+    planned, own = [], False
     for problem in problems:
-        found = places(problem.state, points)
-        if problem.asked:
-            found, start, own = with_own(found, problem.state)
-        planned.append(found)
-    asked, shown = sum(map(len, planned)), []
+        found, at, is_own = _planned(problem, points)
+        planned.append((found, at))
+        own |= problem.asked and is_own
+    asked, shown = sum(len(found) for found, _ in planned), []
     with progress("picture", asked) as step:
-        for problem, found in zip(problems, planned, strict=True):
+        for problem, (found, at) in zip(problems, planned, strict=True):
             numbered = []
             for number, place in enumerate(found):
                 numbered.append((number, solved(place)))
                 step()
             there = [(number, screen) for number, screen in numbered if screen is not None]
             # It opens at the state asked for, or as little before it as there is one.
-            before = sum(number <= start for number, _ in there)
-            opens = max(before - 1, 0) if problem.asked else None
+            opens = max(sum(number <= at for number, _ in there) - 1, 0)
+            screens = [screen for _, screen in there]
             if there:
-                shown.append(Chosen(problem.name, [screen for _, screen in there], opens))
-    if not shown:
+                shown.append(Chosen(problem.name, screens, opens, problem.asked, problem.heading))
+    if not any(not chosen.heading for chosen in shown):
         raise NoEquilibrium("none of the states along the branch could be solved, so there is no page.")
     state = next(p.state for p in problems if p.asked)
     return _as_html(document(shown, _words(state), _caption(state, shown, asked, own)))
+
+
+def _planned(problem: Relative, points: int) -> tuple[tuple[SliderPlace, ...], int, bool]:
+    """Return the places of a problem, the one at which it opens, and whether that is its own state.
+
+    A problem to begin with whose state is not on the branch is left out: another would be shown in its name.
+    """
+    if not problem.heading:
+        found = places(problem.state, points)
+        return with_own(found, problem.state) if problem.asked else (found, 0, False)
+    try:
+        found = places(problem.state, min(points, PRESET_POINTS))
+    except PeelOptError:
+        return (), 0, False
+    found, at, is_own = with_own(found, problem.state)
+    return (found, at, True) if is_own else ((), 0, False)
 
 
 def _as_html(doc: Any) -> str:
@@ -151,6 +174,8 @@ def _as_html(doc: Any) -> str:
 
 def _words(state: State) -> str:
     """What the buttons choose."""
+    if state.rods_scene is not None:
+        return SETUPS[state.scene].words
     if state.given == "groups":
         return "β₀ = (s̄/η)³"
     return "η/y₀" if state.units == "groups" else "η/y₀ (y₀)"
@@ -165,7 +190,9 @@ def _caption(state: State, shown: Sequence[Chosen], asked: int, own: bool) -> st
     certified = sum(answer.certified for answer in answers)
     error, certificate = (max(getattr(a, name) for a in answers) for name in ("error", "certificate"))
     law = "Linear law (Fig 2b)" if state.law == "linear" else "Law (8)"
-    if state.given == "groups":
+    if state.rods_scene is not None:
+        what = f"A rod with {html.escape(state.words)}; the slider runs along the branch of its scene"
+    elif state.given == "groups":
         what = "The paper's groups; the slider runs along the detached branch at fixed β₀, from T"
     elif state.units == "SI":
         numbers = ", ".join(

@@ -18,6 +18,7 @@ from bokeh.models import (
     Model,
     RadioButtonGroup,
     Row,
+    Select,
     Slider,
     Toggle,
 )
@@ -55,22 +56,30 @@ for (const [model, attributes] of changes) model.setv(attributes)
 
 #: Shows the place of the slider within the chosen problem.
 _MOVED = """
-const [first, count] = spans[choice.active]
+const [first, count] = spans[problem.data.chosen[0]]
 player.data = {number: [first + Math.min(Math.max(Math.round(slider.value), 1), count) - 1]}
 """
 
-#: Keeps the share of the branch when the problem changes.
+#: One of the relatives is chosen, or another problem to begin with; each takes the mark off the other.
+_CHOICE = """
+if (choice.active != null) { begin.value = ""; problem.data = {chosen: [choice.active]} }
+"""
+_BEGIN = """
+if (begin.value != "") { choice.active = null; problem.data = {chosen: [Number(begin.value)]} }
+"""
+
+#: Goes to the state of a problem to begin with; among relatives keeps the share of the branch.
 _CHOSEN = """
-const [first, count] = spans[choice.active]
+const which = problem.data.chosen[0], [first, count] = spans[which]
 const share = (slider.value - 1) / Math.max(slider.end - 1, 1)
-const value = Math.min(1 + Math.round(share * (count - 1)), count)
+const value = which < relatives ? Math.min(1 + Math.round(share * (count - 1)), count) : opens[which] + 1
 slider.setv({end: Math.max(count, 2), value})
 player.data = {number: [first + value - 1]}
 """
 
 #: Shows the place of the branch nearest to a click, in shares of the picture.
 _TAPPED = """
-const [first, count] = spans[choice.active], {x_range, y_range} = figure
+const [first, count] = spans[problem.data.chosen[0]], {x_range, y_range} = figure
 const off = ([x, y]) => Math.hypot(
     (x - cb_obj.x) / (x_range.end - x_range.start), (y - cb_obj.y) / (y_range.end - y_range.start))
 let best = 0
@@ -83,7 +92,7 @@ _PLAYED = """
 clearInterval(globalThis.peel_opt_timer)
 play.label = play.active ? "■ Stop" : "▶ Play"
 if (play.active) {
-    const last = () => spans[choice.active][1]
+    const last = () => spans[problem.data.chosen[0]][1]
     if (slider.value >= last()) slider.value = 1
     globalThis.peel_opt_timer = setInterval(() => {
         if (slider.value >= last()) play.active = false
@@ -94,11 +103,16 @@ if (play.active) {
 
 
 class Chosen(NamedTuple):
-    """The pictures of one choice, in order, and the number of that at which the page opens, if here."""
+    """The pictures of one choice, in order, the number of that at which it opens, and under which heading.
+
+    Relatives of what was asked for, which has ``asked``, have no heading.
+    """
 
     name: str
     screens: Sequence[Screen]
-    opens: int | None
+    opens: int
+    asked: bool = False
+    heading: str = ""
 
 
 class Pictures:
@@ -146,8 +160,11 @@ def _pooled(values: list[Any]) -> tuple[Any, list[int]]:
 
 
 def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
-    """Return the page of some choices; ``choice`` names what the buttons choose, the caption is markup."""
-    panels, pictures = FourPanels(), Pictures()
+    """Return the page of some choices, relatives first; ``choice`` names what the buttons choose among these.
+
+    The caption is markup.
+    """
+    panels, pictures = FourPanels(live=False), Pictures()
     said = text_box("notes", "status")
     trust = text_box("trust", "status")
 
@@ -167,15 +184,15 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
             apply(found)  # ranges are kept from one picture to the next
             pictures.take(found)
             places.append(screen.diagram.here if screen.diagram else None)
-    problem = next((i for i, chosen in enumerate(shown) if chosen.opens is not None), 0)
-    at = shown[problem].opens or 0
-    first = shown[problem].screens[at]
+    opening = next((i for i, chosen in enumerate(shown) if chosen.asked), 0)
+    at = shown[opening].opens
+    first = shown[opening].screens[at]
     apply(updates(first))
     player, grid = pictures.player(), panels.grid
     style = InlineStyleSheet(css=look.WIDGETS)
     slider = Slider(
         start=1,
-        end=max(spans[problem][1], 2),
+        end=max(spans[opening][1], 2),
         value=at + 1,
         step=1,
         title="place along the branch",
@@ -183,30 +200,36 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
         sizing_mode="stretch_width",
         stylesheets=[style],
     )
+    names = [chosen.name for chosen in shown if not chosen.heading]
     buttons = RadioButtonGroup(
-        labels=[chosen.name for chosen in shown],
-        active=problem,
+        labels=names,
+        active=opening if opening < len(names) else None,
         name="choice",
-        orientation="horizontal" if sum(len(chosen.name) for chosen in shown) < 24 else "vertical",
+        orientation="horizontal" if sum(map(len, names)) < 24 else "vertical",
         sizing_mode="stretch_width",
         stylesheets=[style],
     )
+    begin, problem = _beginning(shown), ColumnDataSource({"chosen": [opening]}, name="problem")
     play = Toggle(label="▶ Play", name="play", width=90, stylesheets=[style])
     saves = []
     for kind in ("png", "svg"):
         saves.append(Button(label=kind.upper(), name=f"save-{kind}", width=56, stylesheets=[style]))
         saves[-1].js_on_click(picture(grid, kind))
     shared = {"player": player, "slider": slider, "choice": buttons, "play": play, "spans": spans}
-    shared |= {"figure": panels.diagram.figure, "places": places}
+    shared |= {"figure": panels.diagram.figure, "places": places, "begin": begin, "problem": problem}
+    shared |= {"relatives": len(names), "opens": [chosen.opens for chosen in shown]}
     tell = spoken({slider: None}, {buttons: choice, play: "Sweep"}, panels.named)
     for widget, changed, code in (
         (slider, "value", _MOVED),
-        (buttons, "active", _CHOSEN),
+        (buttons, "active", _CHOICE),
+        (begin, "value", _BEGIN),
+        (problem, "data", _CHOSEN),
         (play, "active", _PLAYED),
     ):
         widget.js_on_change(changed, CustomJS(args=shared, code=code), tell)
     panels.diagram.figure.js_on_event("tap", CustomJS(args=shared, code=_TAPPED))
     controls = Column(
+        *([begin] if any(chosen.heading for chosen in shown) else []),
         Column(_text(choice), buttons, spacing=0, sizing_mode="stretch_width"),
         slider,
         Row(play, *saves, spacing=4),
@@ -219,7 +242,24 @@ def document(shown: Sequence[Chosen], choice: str, caption: str) -> Document:
     doc.title = f"peel_opt: {first.state.words}"
     doc.add_root(panels.page(controls, below, said))
     doc.add_root(player)
+    doc.add_root(problem)
     return doc
+
+
+def _beginning(shown: Sequence[Chosen]) -> Select:
+    """Return what chooses a problem to begin with."""
+    options: dict[str, list[tuple[str, str]]] = {"": [("", "…")]}
+    for number, chosen in enumerate(shown):
+        if chosen.heading:
+            options.setdefault(chosen.heading, []).append((str(number), chosen.name))
+    return Select(
+        title="Begin with",
+        options=options,
+        value="",
+        name="begin",
+        sizing_mode="stretch_width",
+        stylesheets=[InlineStyleSheet(css=look.WIDGETS)],
+    )
 
 
 def _trust(screen: Screen) -> str:

@@ -29,6 +29,15 @@ CAPTIONS = {
 }
 
 
+#: What is said otherwise on a page that was computed beforehand.
+WRITTEN_PURPOSE = (
+    "Pressure lifts the end of a rod that is bonded to a plate. Choose a problem and move along its branch:"
+    " the four panels show one state, the orange dot, in four ways."
+)
+_LOOP = "A cycle of the load: the rod snaps off at one value and back at another."
+WRITTEN_CAPTIONS = CAPTIONS | {"loop": _LOOP}
+
+
 def letters() -> dict[str, str]:
     """Return the letters of the panels, with what each means."""
     named = {SPECIAL_KINDS["BP"].letter: f"transition: {SPECIAL_KINDS['BP'].words}"}
@@ -39,14 +48,14 @@ def letters() -> dict[str, str]:
     return {letter: plain(typeset(meaning)) for letter, meaning in named.items()}
 
 
-def header() -> Div:
+def header(purpose: str) -> Div:
     """Return the title of the page, what it is for, and the letters, which open when asked for."""
     rows = "".join(
         f"<div><dt>{html.escape(letter)}</dt><dd>{html.escape(meaning)}</dd></div>"
         for letter, meaning in letters().items()
     )
     return Div(
-        text=f"<h1>{TITLE}</h1><p>{PURPOSE}</p><details><summary>Letters in the panels: "
+        text=f"<h1>{TITLE}</h1><p>{purpose}</p><details><summary>Letters in the panels: "
         f"{' '.join(letters())}</summary><dl>{rows}</dl></details>",
         name="header",
         sizing_mode="stretch_width",
@@ -54,6 +63,6 @@ def header() -> Div:
     )
 
 
-def caption(name: str) -> Div:
+def caption(name: str, text: str) -> Div:
     """Return the sentence that stands under a panel."""
-    return Div(text=CAPTIONS[name], name=f"caption-{name}", stylesheets=[InlineStyleSheet(css=look.CAPTION)])
+    return Div(text=text, name=f"caption-{name}", stylesheets=[InlineStyleSheet(css=look.CAPTION)])

@@ -79,7 +79,7 @@ class Page:
         self._frames: tuple[LoopFrame, ...] = ()
         self._frame = 0
         self.controls = Controls(self._choice, self._slider, self._text)
-        self.panels = FourPanels(film=True)
+        self.panels = FourPanels(live=True)
         self.notes = text_box("notes", "alert")
         self.costs = text_box("costs", "status")
         self.costs.stylesheets = [InlineStyleSheet(css=look.TRUST)]

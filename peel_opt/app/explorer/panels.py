@@ -34,7 +34,7 @@ from ...plots.panels import Arrows, Line, Mark, Panel
 from ...plots.words import plain
 from . import look
 from .film import Film
-from .help import caption, header
+from .help import CAPTIONS, PURPOSE, WRITTEN_CAPTIONS, WRITTEN_PURPOSE, caption, header
 from .screen import Screen
 from .texts import film_headline, headline, text_box, wrapped
 
@@ -87,7 +87,7 @@ class Picture:
         self.figure: Any = _figure(name)
         self.lines = {each: ColumnDataSource({"x": [], "y": []}) for each in looks}
         self.arrows = {each: ColumnDataSource({key: [] for key in _ARROWS}) for each in arrows}
-        self.marks = ColumnDataSource({key: [] for key in _MARKS})
+        self.marks = ColumnDataSource(_marks(()))
         self.here = ColumnDataSource({"x": [], "y": []})
         self.items: dict[str, LegendItem] = {}
         self.ground: tuple[Span, Label] | None = None
@@ -298,11 +298,13 @@ class FourPanels:
 
     Parameters
     ----------
-    film : bool
-        Whether there are two more, in place of potential and loop while a motion is shown.
+    live : bool
+        Whether there is a server behind them: two more panels then take the place of potential and loop
+        while a motion is shown, and the loop can be swept.
     """
 
-    def __init__(self, *, film: bool = False) -> None:
+    def __init__(self, *, live: bool) -> None:
+        self.live = live
         self.rod = Picture(
             "rod",
             scenes.LINES,
@@ -316,18 +318,20 @@ class FourPanels:
         # Short labels, so that the frame stays in line with those above it.
         self.potential.figure.yaxis.formatter = BasicTickFormatter(power_limit_high=4, precision=1)
         self.loop = Picture("loop", ("between", "down", "up"))
-        pictures = {"motion": motions.LENGTHS, "ledger": motions.LEDGER} if film else {}
+        pictures = {"motion": motions.LENGTHS, "ledger": motions.LEDGER} if live else {}
         self.film = tuple(Picture(name, looks) for name, looks in pictures.items())
         self.headline = text_box("headline", "status")
         self.headline.styles = {**self.headline.styles, "min-height": "42px"}  # panels stay where they are
         self.progress = text_box("progress", "status")
         self.progress.stylesheets = [InlineStyleSheet(css=look.PROGRESS)]
+        captions = CAPTIONS if live else WRITTEN_CAPTIONS
         self.boxes = {
             each.figure.name: Column(
-                each.figure, caption(each.figure.name), spacing=0, visible=each not in self.film
+                each.figure, caption(each.figure.name, captions[each.figure.name]), spacing=0
             )
             for each in self.every
         }
+        apply(self.filming(on=False))
         self.grid = Column(
             *self.boxes.values(),
             name="panels",
@@ -367,7 +371,7 @@ class FourPanels:
             stylesheets=[InlineStyleSheet(css=look.MAIN)],
         )
         return Column(
-            header(),
+            header(PURPOSE if self.live else WRITTEN_PURPOSE),
             controls,
             main,
             trust,
@@ -384,7 +388,7 @@ class FourPanels:
             *self.loop.updates(screen.headings["loop"], screen.loop, screen.no_loop),
         ]
 
-    def filming(self, on: bool) -> Updates:
+    def filming(self, *, on: bool) -> Updates:
         """Return what puts the pictures of a motion in place of potential and loop, or back."""
         own = [picture.figure.name for picture in self.film]
         return [
@@ -398,7 +402,7 @@ class FourPanels:
         lengths, ledger = self.film
         panels = film.panels
         return [
-            *self.filming(True),
+            *self.filming(on=True),
             *lengths.updates("Front and tip", panels.lengths),
             *ledger.updates("Where the work goes", panels.ledger),
             *self.diagram.updates("Bifurcation diagram, and the motion across it", diagram, "not traced"),
@@ -511,7 +515,9 @@ def _marks(marks: Iterable[Mark]) -> dict[str, list[Any]]:
                 -_LETTER_GAP * mark.away[1],  # down the screen
             )
         )
-    columns = zip(*rows, strict=True) if rows else [()] * len(_MARKS)
+    # BokehJS looks at the colour of a first letter even where there is none: a place that is nowhere has one.
+    nowhere = (math.nan, math.nan, "", "", style.ROD, style.ROD, "circle", 0.0, 0.0, 0.0)
+    columns = zip(*(rows or [nowhere]), strict=True)
     return {key: list(column) for key, column in zip(_MARKS, columns, strict=True)}
 
 

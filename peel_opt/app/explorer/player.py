@@ -241,5 +241,5 @@ class Player:
         self.button.label = "▶ Let it snap"
         self.panels.progress.text = ""
         if shown:
-            apply(self.panels.filming(False))
+            apply(self.panels.filming(on=False))
             self._closed()

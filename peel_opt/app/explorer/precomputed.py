@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,19 +15,22 @@ from ...model.rod import RATIOS
 from ...plots.diagram import coordinates
 from .curves import traced
 from .loops import OFF_FOLD
+from .scene_screens import traced_scene
 from .screen import Screen
 from .screens import full_screen
+from .setups import SETUPS
 from .state import State
 
 #: Relatives of a state: its beta0 and its eta/y0, times these.
 BETA0_FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)
 RATIO_FACTORS = (0.5, 1.0, 2.0)
+SCENE_FACTORS = (0.5, 1.0, 1.5)
 
 #: What stands for relatives of beta0 = 0, which has none.
 FROM_ZERO = (0.0, 1.0, 2.0, 4.0)
 
-#: Detached states of a rod on a plate; the others are spurious.
-_LABELS = ("middle", "lower", "folded")
+#: Detached states of a rod; the others are spurious.
+_LABELS = ("lifted", "middle", "lower", "folded")
 
 #: An answer farther than this from where its branch was, in shares of the picture, is another one.
 ELSEWHERE = 0.02
@@ -41,22 +45,28 @@ class SliderPlace(NamedTuple):
 
 
 class Relative(NamedTuple):
-    """One choice of the page: the number that tells it from the others, and whether it was asked for."""
+    """One choice of the page: what tells it from the others, whether it was asked for, under which heading.
+
+    Relatives of what was asked for have no heading.
+    """
 
     name: str
     state: State
     asked: bool
+    heading: str = ""
 
 
 def relatives(state: State, values: Sequence[float] | None = None) -> tuple[Relative, ...]:
     """Return the problems to choose from: other beta0 in the groups, other eta/y0 of a rod.
 
+    Of a scene its first number is another.
+
     Parameters
     ----------
     state : State
     values : sequence of float, optional
-        The beta0 or eta/y0 wanted; without them a few around that of ``state``, which is always one of
-        them.  A rod in SI units keeps k and T0, and y0 changes.
+        The beta0, eta/y0 or number of the scene wanted; without them a few around that of ``state``, which
+        is always one of them.  A rod in SI units keeps k and T0, and y0 changes.
 
     Returns
     -------
@@ -69,7 +79,7 @@ def relatives(state: State, values: Sequence[float] | None = None) -> tuple[Rela
     """
     # Solved and traced to the same accuracy, whatever an explorer was doing when it was left.
     state = state.changed(accuracy="standard")
-    own = state.beta0 if state.given == "groups" else state.effective_ratio
+    own = _own(state)
     wanted = _around(state, own) if values is None else [float(v) for v in values]
     if not all(math.isfinite(v) for v in wanted):
         raise InvalidInput(f"the values to choose from must be finite, got {wanted}.")
@@ -77,13 +87,35 @@ def relatives(state: State, values: Sequence[float] | None = None) -> tuple[Rela
     return tuple(_relative(state, own, v) for v in sorted([own, *others]))
 
 
+def beginnings(state: State, known: Mapping[str, Mapping[str, State]]) -> tuple[Relative, ...]:
+    """Return problems to begin with, under their headings, as relatives are: to the accuracy "standard"."""
+    return tuple(
+        Relative(name, replace(each, convention=state.convention, accuracy="standard"), False, heading)
+        for heading, group in known.items()
+        for name, each in group.items()
+    )
+
+
+def _own(state: State) -> float:
+    """Return the number that tells a state from its relatives."""
+    if state.rods_scene is not None:
+        return float(getattr(state, SETUPS[state.scene].numbers[0].name))
+    return state.beta0 if state.given == "groups" else state.effective_ratio
+
+
 def _around(state: State, own: float) -> list[float]:
+    if state.rods_scene is not None:
+        return [factor * own for factor in SCENE_FACTORS]
     if state.given != "groups":
         return [v for f in RATIO_FACTORS if RATIOS[0] <= (v := f * own) <= RATIOS[1]]
     return [f * own for f in BETA0_FACTORS] if own else list(FROM_ZERO)
 
 
 def _relative(state: State, own: float, value: float) -> Relative:
+    if (rod := state.rod) is not None and state.rods_scene is not None:
+        first = SETUPS[state.scene].numbers[0]
+        moved = state if value == own else state.changed(**{first.name: value})
+        return Relative(first.worded(rod, value), moved, value == own)
     field, number, name = "beta0" if state.given == "groups" else "ratio", value, f"{value:.4g}"
     if state.units == "SI":
         field, number = "y0", state.y0 * own / value
@@ -104,14 +136,15 @@ def places(state: State, count: int) -> tuple[SliderPlace, ...]:
     PeelOptError
         If the branch cannot be traced.
     """
-    curve = traced(state)
+    curve = traced(state) if state.rods_scene is None else traced_scene(state)
     assert curve is not None  # only a sketch is not traced
     branch = curve.branch
     x, y = coordinates(branch)
     rows = np.flatnonzero(np.isin(branch.state, _LABELS) & (np.abs(branch.alpha1) > 1e-9))
     if not len(rows):
         raise NoEquilibrium(f"no detached state is found along the branch at {state.words}.")
-    if abs(branch.alpha1[rows[0]]) > abs(branch.alpha1[rows[-1]]):
+    scene = state.rods_scene is not None
+    if not scene and abs(branch.alpha1[rows[0]]) > abs(branch.alpha1[rows[-1]]):
         rows = rows[::-1]
     along = _along(x[rows], y[rows])
     wanted = np.linspace(0.0, along[-1], count)
@@ -126,8 +159,8 @@ def places(state: State, count: int) -> tuple[SliderPlace, ...]:
         if row in folds:
             value += OFF_FOLD * float(given[after] - given[row])
             label = str(branch.state[after])
-        # At a given lambda or pressure the unfolded ones are unique; without a search for others.
-        near = float(answer[row]) if label == "folded" else None
+        # At a given lambda or pressure the unfolded ones of a plate are unique; without a search for others.
+        near = float(answer[row]) if scene or label == "folded" else None
         found.append(
             SliderPlace(asked.at(value).changed(label=label, near=near), float(x[row]), float(y[row]))
         )

@@ -102,10 +102,7 @@ def scene_screens(state: State) -> Iterator[tuple[Screen, str]]:
     yield _screen(state, found, curve, began), "its stability"
     known = _with_stability(curve)
     yield _screen(state, found, known, began), "its loop"
-    try:
-        loop: LoopSweep | str = _swept(_scene(state), TRACED[state.accuracy][1])
-    except PeelOptError as error:
-        loop = f"Not shown: {error}"
+    loop = _swept(_scene(state), TRACED[state.accuracy][1])
     yield _screen(state, found, known, began, loop=loop, full=True), ""
 
 
@@ -212,8 +209,12 @@ def _with_stability(curve: Curve) -> Curve:
 
 
 @lru_cache(maxsize=32)
-def _swept(scene: Scene, tol: float) -> LoopSweep:
-    loop = sweep_scene(scene, SWEEP, tol)
+def _swept(scene: Scene, tol: float) -> LoopSweep | str:
+    """The loop, or why there is none, which takes as long to find out."""
+    try:
+        loop = sweep_scene(scene, SWEEP, tol)
+    except PeelOptError as error:
+        return f"Not shown: {error}"
     return LoopSweep(loop, pressure_panel(loop), NOT_COMPUTED)
 
 
