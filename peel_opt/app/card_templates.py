@@ -96,6 +96,13 @@ class Template:
         """The table whose numbers a user gives."""
         return next(iter(self.tables))
 
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Keys of the numbers that a user may give."""
+        example = self.tables[self.first]
+        of_a_rod = (*_STRIP, "bending_stiffness", *_BONDS)
+        return of_a_rod if set(example) & set(of_a_rod) else tuple(example)
+
     def fields(self, table: str) -> dict[str, FieldInfo]:
         """Return the keys that may stand in a table."""
         return self.card.tables[table].model_fields

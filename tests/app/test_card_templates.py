@@ -163,6 +163,7 @@ def test_a_card_that_is_there_stays(call: Call, tmp_path: Path) -> None:
     assert (code, out, path.read_text()) == (2, "", "mine")
     assert "is there already. Name another file, or replace it by --force." in err
     assert call("new", path, "--kind", "ratio", "--force")[0] == 0
+    assert "name it .toml" in call("new", tmp_path / "c.csv", "--kind", "calibration")[2]
     (tmp_path / "b.csv").write_text("my measurements")
     assert call("new", tmp_path / "b.toml", "--kind", "calibration")[0] == 2
     assert not (tmp_path / "b.toml").exists()
@@ -176,7 +177,10 @@ def test_a_card_that_is_there_stays(call: Call, tmp_path: Path) -> None:
         (["--T0", "1 kPa", "--y0", "1 mm", "--work", "1 N/m"], "give two of"),
         (["--kind", "groups", "--pressure", "1 kPa"], "pressure is fixed by [groups]"),
         (["--kind", "calibration", "--flaw", "1 mm"], "takes no --flaw"),
-        (["--ratio", "1", "--k", "1 N m"], "ratio alone"),
+        (["--ratio", "1", "--k", "1 N m"], "a card of kind ratio takes no --k"),
+        (["--kind", "groups", "--k", "1 N m"], "a card of kind groups takes no --k"),
+        (["--kind", "blister", "--ratio", "1"], "a card of kind blister takes no --ratio"),
+        (["--title", "\udcff"], "holds bytes that are no text"),
         (["--pressure", "2 mm"], "pressure cannot be measured in 'mm'"),
     ],
 )

@@ -67,6 +67,10 @@ WORK = of("100 J/m^2", "5 mJ/cm^2", bad="0 J/m^2|-1 J/m^2|100|x")
 UNITS = of("mmHg,mm", "um", bad="|x|kg|mm,m")
 FREE = of("force", "length", bad="weight|x|")
 PEEL_TEST = of(str(PROBLEMS / "peel_test.toml"), bad="nowhere.toml||/|a\0b|-|.")
+#: Files that may be written, and some that may not; a source that no number is without.
+NEW_CARD = Option(st.sampled_from(["a.toml", "b/c.toml"]), st.sampled_from([".", "", "/", "a\0b", "d.csv"]))
+SOURCE = Option(st.just("a book"), st.just("a book"))
+KIND = of("rod", "sheet", "ratio", "groups", "peel", "scene", "blister", "history", "calibration", bad="x|")
 NO_CARD = of("nowhere.toml", bad="|/|a\0b|-|.")
 FIGURE = Option(st.sampled_from(["0", "11", "p-max", "4.", "x", "7 ", "é"]))
 
@@ -112,6 +116,10 @@ COMMANDS: dict[str, dict[str, Option]] = {
     "peel": {"--pull": PULL, "--angle": ANGLE, "--units": UNITS, "--json": FLAG, "--work": WORK},
     "solve": {"--free": FREE, "--pressure": PRESSURE, "--length": LENGTH, "--tol": TOL, "--json": FLAG}
     | {"--card": PEEL_TEST},
+    "new": {"": NEW_CARD, "--kind": KIND, "--ratio": RATIO, "--beta0": BETA0, "--lam": LAM, "--work": WORK}
+    | {"--pressure": PRESSURE, "--length": LENGTH, "--flaw": FLAW, "--title": of("mine", bad="|é|\udcff")}
+    | {"--source": SOURCE, "--force": FLAG, "--examples": FLAG}
+    | MATERIAL,
     # A motion takes seconds: here its card is never one that can be followed.
     "snap": {"": NO_CARD, "--pressure": PRESSURE, "--flaw": FLAW, "--json": FLAG},
     "history": {"": NO_CARD, "--json": FLAG},
@@ -135,6 +143,7 @@ NEEDED: dict[str, list[list[str]]] = {
     "flaw": [["--flaw", *rod] for rod in (_RATIO, _CARD)] + [["--pressure", *_RATIO]],
     "peel": [["--pull", "--angle"], ["--work", "--angle"]],
     "solve": [["--free", "--length", "--card"]],
+    "new": [["", "--kind"], ["", "--ratio"], ["", *MATERIAL], ["", "--kind", "--k"]],
     "snap": [[""]],
     "history": [[""]],
     "explore": [[], [""]],
@@ -146,6 +155,7 @@ COSTLY = {"calibrate": 12, "flaw": 8, "solve": 8}
 
 #: What keeps a command short, given always.
 ALWAYS = {
+    "new": ["--source", "--force", "--examples"],
     "tradeoff": ["--repeats", "--methods", "--tols"],
     "uncertainty": ["--samples", "--no-indices", "--workers", "--card"],
     "figures": [""],  # without a name, all are drawn

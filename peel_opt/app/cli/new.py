@@ -66,8 +66,15 @@ def _new(arguments: argparse.Namespace) -> int:
     asks = not arguments.examples and at_terminal(sys.stdin) and at_terminal(sys.stdout)
     kind = arguments.kind or _kind_of(given) or (_asked_kind() if asks else "sheet")
     template = TEMPLATES[kind]
+    for key in given:
+        if key not in template.takes:
+            raise InvalidInput(f"a card of kind {kind} takes no --{KEYS[key][0]}.")
     if template.card is CalibrationCard:
         files.append(path.with_suffix(".csv"))
+        if files[1] == path:
+            raise InvalidInput(
+                "the card of a calibration has its data beside it in a .csv file: name it .toml."
+            )
     for file in files:
         _require_new(file, force=arguments.force)
     title, source = arguments.title or "", arguments.source or ""
@@ -79,10 +86,14 @@ def _new(arguments: argparse.Namespace) -> int:
     if questions and not template.asks:
         raise InvalidInput(f"a card of kind {kind} takes no --{next(iter(questions))}.")
     text = template.text(given, questions, title=title, source=source, data=files[-1].name)
+    try:
+        contents = [content.encode() for content in (text, template.data(given))]
+    except UnicodeEncodeError as error:
+        raise InvalidInput("--title, --source or a number holds bytes that are no text.") from error
     template.card.checked(path, tomllib.loads(text))
     make_folder(path.parent)
-    for file, content in zip(files, (text, template.data(given)), strict=False):
-        atomic_write(file, lambda out, content=content: out.write(content.encode()))  # type: ignore[misc]
+    for file, content in zip(files, contents, strict=False):
+        atomic_write(file, lambda out, content=content: out.write(content))  # type: ignore[misc]
     line = shlex.join(["peel-opt", "run", str(path)])
     say(f"wrote {', '.join(map(str, files))}; answer it with: {line}")
     return OK
