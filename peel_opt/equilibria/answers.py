@@ -242,7 +242,8 @@ def answers(
         return _of_scene(scene, {name: offered[name] for name in given}, numbers, state, positive("tol", tol))
     if numbers:
         raise InvalidInput(
-            f"{', '.join(numbers)} is no number of a rod.", remedy="Give the scene that has it."
+            f"{', '.join(numbers)} is no number of a question without units.",
+            remedy="Rods and lengths with units go through po.sweep; of a scene, give the scene that has it.",
         )
     if given not in KINDS:
         raise InvalidInput(

@@ -146,7 +146,8 @@ def _solve(
     began = time.perf_counter()
     state = known_state(state, among=SCENE_STATES)
     question = posed(scene, free, given)
-    wanted = None if near is None else finite("near", near) / question.dimension.size(scene.rod)
+    unit = "" if scene.rod.dimensionless else question.dimension.unit
+    wanted = None if near is None else finite("near", near, unit) / question.dimension.size(scene.rod)
     if (denied := _without_a_gap(question)) is not None:
         raise denied
     branches = scene_branches(question.family(SCENES))

@@ -179,7 +179,8 @@ def _brought_down(
 ) -> SceneProfile:
     """Return a state on its tip of this rod, led over from that of another at another pressure."""
     rod = require_rod(rod, RATIOS)
-    bond, P = known_law(law) or COHESIVE, positive("pressure", pressure) / rod.adhesion_strength
+    P = positive("pressure", pressure, "" if rod.dimensionless else "Pa") / rod.adhesion_strength
+    bond = known_law(law) or COHESIVE
     if P > 1.0:
         raise NoEquilibrium(
             f"at p/T0 = {P:.6g} no rod stays attached ahead of a front.",

@@ -179,7 +179,8 @@ def history(
     ----------
     rod : Rod
     pressure : callable or (times, pressures)
-        p [Pa] as a function of time, or points that are joined by straight lines.  Below T0 throughout.
+        p [Pa] as a function of time, or points that are joined by straight lines, numbers or with units.
+        Below T0 throughout.
     duration : float, optional
         In the unit of time; needed with a function.
     bond : {"reversible", "damage", "no_rebond"}
@@ -218,7 +219,8 @@ def history(
         raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
     _, c = resistance(rod, 0.0, drag)
     unit = c * rod.eta / rod.adhesion_strength
-    load, end = _ramp(rod, pressure, duration, unit)
+    in_seconds = drag is not None and not rod.dimensionless
+    load, end = _ramp(rod, pressure, duration, unit, "s" if in_seconds else "")
     start = length_given_pressure(rod, load(0.0) * rod.adhesion_strength, law=law)
     longest = math.inf
     if rod_length is not None:
@@ -238,17 +240,17 @@ def history(
 
 
 def _ramp(
-    rod: Rod, pressure: object, duration: float | None, unit: float
+    rod: Rod, pressure: object, duration: float | None, unit: float, named: str
 ) -> tuple[Callable[[float], float], float]:
-    """Return p/T0 as a function of time over its unit, and when the history ends."""
-    T0 = rod.adhesion_strength
+    """Return p/T0 as a function of time over its unit, whose name it may have, and when the history ends."""
+    T0, pressures_in = rod.adhesion_strength, "" if rod.dimensionless else "Pa"
     if callable(pressure):
         if duration is None:
             raise InvalidInput("a pressure that is a function of time needs a duration.")
-        end, given = positive("duration", duration) / unit, pressure
+        end, given = positive("duration", duration, named) / unit, pressure
 
         def load(t: float) -> float:
-            return _below_T0(finite("pressure", given(t * unit)) / T0)
+            return _below_T0(finite("pressure", given(t * unit), pressures_in) / T0)
 
         for t in np.linspace(0.0, end, STEPS + 1):
             load(float(t))
@@ -257,7 +259,8 @@ def _ramp(
             raise InvalidInput("pressure must be a function with a duration, or (times, pressures).")
         try:
             times, pressures = (
-                floats(name, v) for name, v in zip(("times", "pressures"), pressure, strict=True)
+                floats("times", pressure[0], named),
+                floats("pressures", pressure[1], pressures_in),
             )
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"times and pressures of a history must be numbers: {error}.") from error

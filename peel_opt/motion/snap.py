@@ -94,7 +94,7 @@ def snap(
         What a bond does on the way back.  One that does not heal begins 1 % longer than the unfolded state.
     law : str or CohesiveLaw
         As in `length_given_pressure`.
-    until : {"arrest", "contact"} or float
+    until : {"arrest", "contact"}, float or str
         When to stop: at rest, at the first touch of the plate, or at a time.
     rod_length : float, optional
         Of the whole rod [m]; long enough if not given.
@@ -226,9 +226,14 @@ def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tupl
 def _until(until: str | float, asked: _Asked) -> Until:
     if until in ("arrest", "contact"):
         return Until(LONGEST, contact=until == "contact", arrest=True)
-    if isinstance(until, str):
-        raise InvalidInput(f'until must be "arrest", "contact" or a time, got {until!r}.')
-    return Until(positive("until", until) / asked.unit, contact=False, arrest=False)
+    in_seconds = asked.drag is not None and not asked.rod.dimensionless
+    if isinstance(until, str) and not (in_seconds and until[:1].isdecimal()):
+        raise InvalidInput(
+            f'until must be "arrest", "contact" or a time, got {until!r}.',
+            remedy="" if in_seconds else "Without drag times are plain numbers, in c eta/T0.",
+        )
+    time = positive("until", until, "s" if in_seconds else "")
+    return Until(time / asked.unit, contact=False, arrest=False)
 
 
 @contextmanager

@@ -55,11 +55,44 @@ def test_a_card_is_read_in_python() -> None:
             lambda: po.solve(po.Scene(FLAP, [po.Weight("20 Pa")]), free="length", pressure="60 kPa"),
             lambda: po.solve(po.Scene(FLAP, [po.Weight(20.0)]), free="length", pressure=60e3),
         ),
+        (
+            lambda: po.length_given_pressure(po.Scene(FLAP, [po.Weight("20 Pa")]), "60 kPa", near="1.8 mm"),
+            lambda: po.length_given_pressure(po.Scene(FLAP, [po.Weight(20.0)]), 60e3, near=1.8e-3),
+        ),
     ],
 )
 def test_a_question_is_asked_in_texts(of_texts: Callable[[], Any], of_numbers: Callable[[], Any]) -> None:
     found, expected = of_texts(), of_numbers()
     assert (found.pressure, found.length) == pytest.approx((expected.pressure, expected.length), rel=1e-9)
+
+
+def test_times_of_a_motion_may_have_a_unit_where_drag_says_which() -> None:
+    for until, drag, words in (
+        ("20 kPa", "1 kPa s/m", "kPa"),
+        ("20 us", None, "Without drag"),
+        ("x", 1e3, "a time"),
+    ):
+        with pytest.raises(po.InvalidInput, match=words):
+            po.snap(FLAP, pressure="60 kPa", flaw="1.8 mm", drag=drag, until=until)
+    with pytest.raises(po.InvalidInput, match="times"):
+        po.history(FLAP, pressure=(["0 kPa", "1 kPa"], ["60 kPa", "50 kPa"]), drag="1 kPa s/m")
+
+
+@pytest.mark.slow
+def test_histories_and_rods_on_their_tips_are_asked_in_texts() -> None:
+    drag, times = "1 kPa s/m", (["0 us", "20 us"], ["60 kPa", "60.1 kPa"])
+    texts, numbers = (
+        po.history(FLAP, pressure=p, drag=drag) for p in (times, ([0.0, 20e-6], [60e3, 60.1e3]))
+    )
+    assert texts.front == pytest.approx(numbers.front, rel=1e-9)
+    assert po.snap(FLAP, pressure="60 kPa", drag=drag, until="20 us").t[-1] == pytest.approx(20e-6)
+    for call in (po.touching, po.flat_fold):
+        assert call(FLAP, "60 kPa").length == pytest.approx(call(FLAP, 60e3).length, rel=1e-12)
+    known = {"bending_stiffness": "23 uN m", "adhesion_range": "0.73 mm"}
+    data = po.Measurements(["1.9 mm", "2.0 mm"], ["48.7 kPa", "41.9 kPa"], pressure_sd="0.5 kPa")
+    assert po.calibrate(data, free="adhesion_strength", rod=known).rod.adhesion_strength == pytest.approx(
+        140e3, rel=1e-2
+    )
 
 
 def test_rows_of_texts_are_rows_of_numbers() -> None:

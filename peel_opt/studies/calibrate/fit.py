@@ -15,7 +15,7 @@ from ...equilibria.question import known_law
 from ...equilibria.scenes import plain_law, refuse_options
 from ...model.bond import COHESIVE, CohesiveLaw
 from ...model.labels import OBSERVABLE, known_state
-from ...model.rod import MATERIAL, Rod
+from ...model.rod import MATERIAL, UNITS, Rod
 from ...model.scene import Scene
 from ...residual.meshes import FITTED
 from .chart import Chart
@@ -283,7 +283,7 @@ def _known(rod: Rod | Mapping[str, float] | None, mask: np.ndarray) -> dict[str,
     if isinstance(rod, Rod):
         numbers = {name: getattr(rod, name) for name in MATERIAL}
     else:
-        numbers = {name: positive(name, value) for name, value in (rod or {}).items()}
+        numbers = {name: positive(name, value, UNITS.get(name, "")) for name, value in (rod or {}).items()}
     if unknown := sorted(set(numbers) - set(MATERIAL)):
         raise InvalidInput(
             f"unknown material number {unknown[0]!r}.", remedy=f"Choose among {', '.join(MATERIAL)}."
