@@ -1,4 +1,4 @@
-"""Time beside error of snaps whose orbits are known: ``python -m benchmarks.snaps``."""
+"""Time beside error of snaps: ``python -m benchmarks.snaps`` prints the table of docs/motion.md."""
 
 from __future__ import annotations
 
@@ -8,13 +8,19 @@ import numpy as np
 
 import peel_opt as po
 
-#: eta/y0, p/T0, mass and drag.
+#: eta/y0, p/T0, mass, drag, and until when: before contact, and through it to rest.
 SNAPS = (
-    (0.3, 0.9, 0.0, 1.0),
-    (0.05, 0.97, 0.0, 1.0),
-    (0.566, 0.4, 0.0, 1.0),
-    (1.0, 0.3, 0.0, 1.0),
-    (0.3, 0.9, 1.0, 0.0),
+    (0.3, 0.9, 0.0, 1.0, "arrest"),
+    (0.05, 0.97, 0.0, 1.0, "arrest"),
+    (0.566, 0.4, 0.0, 1.0, "arrest"),
+    (1.0, 0.3, 0.0, 1.0, "arrest"),
+    (0.3, 0.9, 1.0, 0.0, "contact"),
+    (0.5, 0.5, 0.0, 1.0, "arrest"),
+    (0.566, 0.9, 0.0, 1.0, "arrest"),
+    (1.0, 0.5, 0.0, 1.0, "arrest"),
+    (1.0, 0.99, 0.0, 1.0, "arrest"),
+    (2.0, 0.5, 0.0, 1.0, "arrest"),
+    (2.0, 0.9, 0.0, 1.0, "arrest"),
 )
 
 
@@ -22,9 +28,9 @@ def main() -> None:
     """Print a line for each."""
     po.snap(po.Rod.from_ratio(0.4), 0.7, until=1.0)  # what is imported once
     print("eta/y0  p/T0   mass drag  CPU [s]  steps  error    time error  certificate  ledger   outcome")
-    for r, P, mass, drag in SNAPS:
+    for r, P, mass, drag, until in SNAPS:
         began = time.process_time()
-        snapped = po.snap(po.Rod.from_ratio(r), P, mass=mass, drag=drag, until="contact")
+        snapped = po.snap(po.Rod.from_ratio(r), P, mass=mass, drag=drag, until=until)
         spent = time.process_time() - began
         certificate, ledger = (np.abs(v).max() for v in (snapped.certificate, snapped.energy.defect))
         print(
