@@ -55,6 +55,7 @@ GOOD: dict[str, Callable[[], dict[str, Any]]] = {
     "peel_force": lambda: {"work": 100.0, "angle": 1.5},
     "initiation_force": lambda: {"rod": ROD, "angle": 1.5, "arm": 0.5},
     "load_card": lambda: {"path": Path(__file__).parents[2] / "problems" / "office_tape.toml"},
+    "citation": lambda: {"result": po.length_given_pressure(ROD, 0.8)},
     "Scene": lambda: {"rod": ROD},
     "solve": lambda: {"scene": po.Scene(ROD), "free": "length", "pressure": 0.8},
     "Pressure": dict,
@@ -172,8 +173,8 @@ def test_a_number_of_any_kind_gives_the_same_answer_and_the_same_refusal(kind: C
 
 #: What is public and not in the table, errors aside: results, and what is read or built otherwise.
 RESULTS = """
-Answers Branch Calibration Card Design Equilibrium FlawLimit FoldCurve History LargestFlap LoadingCurve
-PeelPeak Sensitivities Snap SpecialPoint Stability Sweep Transition Unfolding VolumeLimit
+Answers Branch Calibration Card Citation Design Equilibrium FlawLimit FoldCurve History LargestFlap
+LoadingCurve PeelPeak Sensitivities Snap SpecialPoint Stability Sweep Transition Unfolding VolumeLimit
 """
 OTHERS = (
     "CohesiveLaw Ipopt Method NormalForm Place Uncertainty Walk WorkPrecision exponential read_measurements"
