@@ -10,8 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..base.errors import NotConverged
+from ..base.errors import InvalidInput, NotConverged
 from ..model.mixed_bonds import LINE
+from ..model.renumbered import renumbered
 from ..model.scene import Scene
 from ..model.tips import Contact, Middle, TipLoad
 from ..residual.closures import READINGS, Closing, Closure
@@ -122,6 +123,18 @@ class SceneFamily(Family):
         """The number of the scene that varies along the branch, where the pressure is held."""
         assert isinstance(self.transcription, SceneSpectral)
         return self.transcription.free
+
+    @cached_property
+    def keeps_flat(self) -> bool:
+        """Whether the attached rod is an equilibrium all along, whatever the varying number has become."""
+        scene, flat = self.scene, self.scene.keeps_flat
+        if self.free is None or not flat:
+            return flat
+        another = (2.0 * scene.numbers[self.free] + 1.0) * scene.dimensions[self.free].size(scene.rod)
+        try:
+            return renumbered(scene, {self.free: another}).keeps_flat
+        except InvalidInput:  # a number that may not be so large
+            return flat
 
     def loading(self, point: Point) -> float:
         """What loads the rod at a point: p/T0, or the number left free."""
@@ -388,7 +401,7 @@ def _walk(
     for point in family.walk(start, control):
         s = point.scalars
         if points and _least_angle(family) > s.A:
-            return [*points, *_least(family, points[-1])], "T" if family.scene.keeps_flat else "rest"
+            return [*points, *_least(family, points[-1])], "T" if family.keeps_flat else "rest"
         if s.beta1 <= 0.0 or abs(s.pressure_ratio) > highest:
             return points, "unbounded"
         points.append(point)
@@ -430,7 +443,7 @@ def relative_height(point: Point) -> float:
 
 def _least_angle(family: SceneFamily) -> float:
     """Least amplitude to which a branch is followed: where it begins at T, or where the rod comes to rest."""
-    return LEAST if family.scene.keeps_flat else RESTING
+    return LEAST if family.keeps_flat else RESTING
 
 
 def _least(family: SceneFamily, last: Point) -> list[Point]:

@@ -145,8 +145,10 @@ def test_natural_curvature_is_a_moment_on_a_flat_wall() -> None:
 def test_a_long_strip_peels_at_the_kendall_force() -> None:
     """F -> G / (1 - cos phi), here G = T0 y0 / 2 at 90 degrees."""
     scene = po.Scene(ROD, tip=po.TipLoad(angle=0.5 * math.pi))
-    force = po.solve(scene, free="force", length=14.0).numbers["force"]
-    assert force == pytest.approx(0.5, abs=1e-6)
+    long = po.solve(scene, free="force", length=14.0)
+    assert long.numbers["force"] == pytest.approx(0.5, abs=1e-6)
+    assert long.state == "other"
+    assert po.solve(scene, free="force", length=1.0).state == "lifted"  # before the peak of the force
 
 
 def test_the_lifted_state_is_the_default_where_there_is_one() -> None:
