@@ -141,6 +141,16 @@ def test_a_branch_under_law_8_is_walked_only_where_its_tip_is_back_at_y0(
     assert 0 < counted["corrections"] <= corrections
 
 
+def test_the_diagram_at_fixed_beta0_is_neither_walked_nor_corrected_point_by_point(
+    counted: Counter[str],
+) -> None:
+    branch = po.trace(beta0=4.0, lam=(-3.0, 3.0))
+    assert len(branch) >= 128
+    assert not counted
+    po.trace(beta0=40.0, lam=(-3.0, 3.0), points=16)  # has no fold: its series does not come back
+    assert counted["walks"] > 0
+
+
 def test_a_branch_of_another_law_is_walked_once_on_each_mesh_that_is_tried(counted: Counter[str]) -> None:
     po.trace(po.Rod.from_ratio(0.6), law=po.exponential())
     assert 0 < counted["walks"] <= len(TRACED[False])
