@@ -66,7 +66,7 @@ class Branch(AmplitudeGroups[np.ndarray], Pictured, Stored):
     certificate : ndarray
         The larger of |p - Phi(y_tip)/y_tip| / T0 and |theta| at the plate [rad].
     iterations : ndarray
-        Newton iterations of each point.
+        Newton iterations of each point; 0 of points that were found together.
     state : ndarray of str
     special_points : tuple of SpecialPoint
     trivial : Trivial or None
