@@ -58,8 +58,9 @@ LEAST_BETA0 = 0.1
 #: Largest slope [rad]: no rod with less is higher anywhere than at its tip, or meets itself.
 STEEPEST = 1.5
 
-#: Arclength between points at most, and the share of their distance within which one makes room.
-APART, CLOSE = 0.25, 1e-3
+#: Arclength between points at most: splines through them, such as potentials, are good to 1e-11 then.  Share
+#: of their distance within which one makes room.
+APART, CLOSE = 0.12, 1e-3
 
 #: Places at which the arclength is tabulated.
 TABULATED = 200
