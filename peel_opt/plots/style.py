@@ -18,6 +18,7 @@ ADHESION = "#0072B2"
 RANGE = "#009E73"
 WARNING = "#A3327C"  # their reddish purple, darkened so that text in it can be read on white
 HERE = "#E69F00"  # the state, in every panel of a page
+EQUAL = "#8C510A"  # where two minima are equally deep
 SKY = "#56B4E9"
 ROSE = "#CC79A7"
 PLATE = "#9A9A9A"
@@ -85,7 +86,7 @@ STROKES: dict[str, Stroke] = {
     "wall": Stroke(PLATE, 1.0),
     "range": Stroke(RANGE, 1.2, (1.2, 1.8)),
     "mirror": Stroke(SPURIOUS, ROD_WIDTH),
-    "unbonded": Stroke(HERE, ROD_WIDTH),
+    "unbonded": Stroke(ROSE, ROD_WIDTH),
     "straight": Stroke(STRAIGHT, 1.3),
     "straight-unstable": Stroke(STRAIGHT, 1.1, DASHED),
     "spurious": Stroke(SPURIOUS, 1.4),
@@ -97,8 +98,8 @@ STROKES: dict[str, Stroke] = {
     "unstable": Stroke(ADHESION, 1.8, DASHED),
     "stable": Stroke(ADHESION, 2.0),
     "fold": Stroke(WARNING, 1.1, (1.5, 2.2)),
-    "maxwell": Stroke(RANGE, 1.1, (4.5, 2.2)),
-    "delay": Stroke(ADHESION, 1.1, (6.7, 2.2, 1.5, 2.2)),
+    "maxwell": Stroke(EQUAL, 1.1, (4.5, 2.2)),
+    "delay": Stroke(PRESSURE, 1.1, (6.7, 2.2, 1.5, 2.2)),
     "current": Stroke(ROD, 2.1),
     "zero": Stroke(PLATE, 0.8),
     "orbit": Stroke(PRESSURE, 2.4),
@@ -144,8 +145,8 @@ MARKS: dict[str, Marker] = {
     "y=y0": Marker("^", "triangle", RANGE),
     "contact": Marker("X", "x", ROD, size=7.0),
     "fold": Marker("s", "square", WARNING),
-    "maxwell": Marker("D", "diamond", RANGE),
-    "delay": Marker("^", "triangle", ADHESION),
+    "maxwell": Marker("D", "diamond", EQUAL),
+    "delay": Marker("^", "triangle", PRESSURE),  # as the jump that it is in a loop
     "minimum": Marker("o", "circle", ROD),
     "maximum": Marker("o", "circle", ROD, hollow=True),
     "event": Marker("D", "diamond", WARNING),

@@ -473,3 +473,57 @@ def test_panels_follow_the_window(browser: Any, server_url: str, window: Callabl
     wait(lambda: js(browser, width) < 0.85 * before)
     assert browser.execute_script("return document.documentElement.scrollWidth") == 390
     assert not complaints(browser)
+
+
+#: The same sizes, for a test that goes through all of them.
+SIZES = ((390, 844), (768, 1024), (1280, 800), (1920, 1080))
+
+
+@pytest.mark.slow
+def test_a_scene_and_a_film_on_a_phone_and_on_a_projector(
+    browser: Any, server_url: str, window: Callable[[int, int], None], tmp_path: Path
+) -> None:
+    folder = pictures_of_tests(tmp_path)
+    window(1280, 800)
+    open_page(browser, server_url + "?given=pressure&law=cohesive&accuracy=draft")
+    # A scene is chosen: its slider comes, the page says what it does, and then its branch is there.
+    js(browser, "model('scene').value = 'flaw'")
+    wait(lambda: "solving" in text(browser, "progress") or "tracing" in text(browser, "progress"))
+    wait(lambda: js(browser, "return model('slider-unbonded').value") == 0.5)
+    whole = "const told = model('costs').text; return told.includes('Full picture') && !told.includes('…')"
+    wait(lambda: js(browser, whole) and "lifted" in text(browser, "headline"))
+    eq = po.length_given_pressure(po.Scene(po.Rod.from_ratio(1.0), unbonded=0.5), pressure=0.5)
+    assert dot(browser, "diagram") == pytest.approx([eq.length, 0.5], rel=1e-5)
+    assert not js(browser, "return model('potential').below[0].visible")
+    assert "paper's scene" in js(browser, "return model('potential').center.at(-1).text")
+    # A drag moves rod and dot while nothing is traced.
+    js(browser, "model('slider-unbonded').value = 0.45")
+    wait(lambda: "Quick picture" in text(browser, "costs") and dot(browser, "diagram")[0] < eq.length - 0.05)
+    wait(lambda: js(browser, whole))
+    assert not nameless(browser)
+    for width, height in SIZES:
+        window(width, height)
+        portrait(browser, window, width, folder / f"explorer_scene_{width}.png")
+
+    # A snap: how far it is, then it plays, and a finger can stop it.
+    window(1280, 800)
+    open_page(browser, server_url + "?given=pressure&law=cohesive&ratio=0.3&pressure=0.9")
+    press(browser, "snap")
+    wait(lambda: "<progress" in text(browser, "progress"))
+    wait(lambda: js(browser, "return model('film-moment').value") > 5)
+    assert js(browser, "return model('ledger').below[0].visible")
+    js(browser, "model('film-moment').value = 100")
+    wait(lambda: js(browser, "return model('film-play').label") == "▶ Play")
+    wait(lambda: js(browser, "return model('film-moment').value") == 100)
+    assert not nameless(browser)
+    for width, height in SIZES:
+        window(width, height)
+        needed = browser.execute_script("return document.documentElement.scrollWidth")
+        assert needed <= width
+        portrait(browser, window, width, folder / f"explorer_film_{width}.png")
+    js(browser, "model('film-play').active = true")
+    press(browser, "film-close")
+    wait(lambda: not js(browser, "return model('film').visible"))
+    assert "middle" in text(browser, "headline")
+    assert foreign(browser) == []
+    assert not complaints(browser)

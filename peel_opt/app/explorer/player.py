@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -27,6 +29,9 @@ from .texts import running
 
 #: Time from one moment to the next [ms].
 FRAME = 60
+
+#: Time in which a step may be under way to the page while the page says something else [s].
+CROSSING = 0.4
 
 #: A motion takes seconds of a core: one at a time, beside the pictures.
 _WORKER = ThreadPoolExecutor(max_workers=1, thread_name_prefix="peel-opt-snap")
@@ -73,6 +78,7 @@ class Player:
         self._token, self._computing, self._quiet = 0, False, False
         self._branch: Any = None
         self._timer: Any = None
+        self._stepped = -math.inf
         style = [InlineStyleSheet(css=look.WIDGETS)]
         self.play = Toggle(label="▶ Play", active=False, width=90, name="film-play", stylesheets=style)
         self.moment = Slider(
@@ -201,6 +207,16 @@ class Player:
             return
         self.play.active = False
         self._at(int(new))
+        if time.monotonic() - self._stepped < CROSSING:
+            self.doc.add_timeout_callback(self._settle, int(1e3 * CROSSING))
+
+    def _settle(self) -> None:
+        """Say again where the slider is: a step that was under way to the page may have moved it back."""
+        number = int(self.moment.value)
+        self._quiet = True
+        self.moment.value = number - 1 if number else 1
+        self.moment.value = number
+        self._quiet = False
 
     def _played(self, _attribute: str, _old: bool, new: bool) -> None:
         if self._timer is not None:
@@ -221,7 +237,7 @@ class Player:
         self._move(int(self.moment.value) + 1)
 
     def _move(self, number: int) -> None:
-        self._quiet = True
+        self._quiet, self._stepped = True, time.monotonic()
         self.moment.value = number
         self._quiet = False
         self._at(number)
