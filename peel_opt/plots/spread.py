@@ -10,7 +10,7 @@ from scipy import stats
 
 from ..base.errors import InvalidInput
 from ..model.rod import Rod
-from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated
+from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated, percent
 from . import style
 from .axes import axes_or, own_axes
 from .dispatch import drawn_by
@@ -22,6 +22,9 @@ SYMBOLS = {
     "length": r"\bar s",
     "readhesion_pressure": r"p_{\min}",
     "maxwell_length": r"\bar s_M",
+    "critical_length": r"\bar s_c",
+    "critical_flaw": "a",
+    "safe_pressure": r"p_{\max}",
 }
 
 #: Points on a curve, and how far beyond the samples it is drawn, in their range.
@@ -54,7 +57,7 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     unit = _unit(found)
     values = values / unit.size
     bins = min(60, max(12, round(math.sqrt(values.size))))
-    ax.hist(values, bins=bins, density=True, color="0.85", label=f"{values.size} samples")
+    ax.hist(values, bins=bins, density=True, color=style.ROD, alpha=0.18, label=f"{values.size} samples")
     low, high = values.min(), values.max()
     x = np.linspace(low - BEYOND * (high - low), high + BEYOND * (high - low), POINTS)
     ax.plot(x, stats.gaussian_kde(values)(x), color=style.ROD, linewidth=1.8, label="their density")
@@ -96,9 +99,12 @@ def _lines(found: Propagated) -> list[str]:
         f" linear {found.shown(found.linear_mean)} ± {found.shown(found.linear_sd)}"
     ]
     if found.failed:
-        lines.append(f"{100.0 * found.failed:.2g} % of the samples have no answer and are not shown")
+        lines.append(f"{percent(found.failed)} of the samples have no answer and are not shown")
+        if found.fates:
+            each = (f"{percent(n / found.values.size)} {fate}" for fate, n in found.fates.items())
+            lines[-1] += f":\n{', '.join(each)}"
     if not math.isfinite(found.linear_sd):
         lines.append("the nominal state lies at a fold: there is no linear estimate")
     elif found.nonlinearity > LINEAR_ENOUGH:
-        lines.append(f"linear and sampled disagree by {100.0 * found.nonlinearity:.2g} % of the linear sd")
+        lines.append(f"linear and sampled disagree by {percent(found.nonlinearity)} of the linear sd")
     return lines

@@ -14,6 +14,7 @@ from . import style
 from .axes import axes_or, own_axes
 from .diagram import LABELS
 from .dispatch import drawn_by
+from .legible import contrast, paper
 from .mpl import finish
 from .words import AxisUnit, length_unit, prefixed, pressure_unit
 
@@ -117,14 +118,19 @@ def _levels(sweep: Sweep, ax: Axes, column: str, values: np.ndarray, first: str,
     z = np.ma.masked_invalid(_scaled(sweep, column, values).T[np.ix_(rows, columns)])
     if z.count() < 4:
         raise InvalidInput("too few points of the sweep have an answer to draw level lines.")
-    ax.set_facecolor("0.93")
+    ground = paper(ax)
+    dark = contrast(ground, "white") > contrast(ground, "black")
+    ax.set_facecolor("0.15" if dark else "0.93")
     bands = ax.contourf(x, y, z, BANDS, cmap=style.FAMILY_COLOURMAP)
     lines = ax.contour(x, y, z, bands.levels, colors="white", linewidths=0.6)
     ax.clabel(lines, np.asarray(lines.levels)[1:-1:2], fontsize=style.SMALL - 1.0, fmt="%g")
     assert ax.figure is not None
     ax.figure.colorbar(bands, ax=ax, label=_label(sweep, column, values))
     if np.ma.getmaskarray(z).any():
-        ax.contourf(x, y, np.ma.getmaskarray(z).astype(float), [0.5, 1.5], colors="none", hatches=["///"])
+        lost = np.ma.getmaskarray(z).astype(float)
+        hatched = ax.contourf(x, y, lost, [0.5, 1.5], colors="none", hatches=["///"])
+        hatched.set_edgecolor("0.6" if dark else "black")
+        hatched.set_linewidth(0.0)
     _set_axis(sweep, ax, "x", first)
     _set_axis(sweep, ax, "y", second)
 

@@ -21,6 +21,8 @@ import peel_opt as po
 from peel_opt.plots import plot_branch
 from peel_opt.plots.legible import CONTRAST, contrast, ink, paper
 
+from ..rods import FLAP
+
 
 @pytest.fixture(scope="module")
 def eq() -> po.Equilibrium:
@@ -148,3 +150,25 @@ def test_a_notebook_shows_results_and_pictures(tmp_path) -> None:
     (figure,) = told[3]
     assert "image/png" in figure.data
     assert "eta/y0=1" in told[4][0].data["text/html"]
+
+
+@pytest.mark.slow
+def test_histograms_and_holes_of_charts_are_dark_on_dark_paper() -> None:
+    lengths = po.uncertainty(FLAP, {"pressure": "5 kPa"}, pressure=80e3, samples=16, workers=1)
+    chart = po.sweep(
+        {"ratio": np.linspace(0.6, 2.0, 8), "pressure_ratio": np.linspace(0.2, 0.9, 8)}, workers=1
+    )
+    with matplotlib.style.context("dark_background"):
+        bars, hole = lengths.plot(), chart.plot()
+    for patch in bars.patches:
+        *colour, alpha = patch.get_facecolor()
+        assert alpha * colour[0] < 0.3
+    assert contrast(hole.get_facecolor(), "white") > 10.0
+    assert max(chart.plot().get_facecolor()[:3]) == pytest.approx(0.93)
+
+
+@pytest.mark.parametrize("name", ["critical_length", "critical_flaw", "safe_pressure"])
+def test_every_uncertain_quantity_has_a_symbol(name: str) -> None:
+    from peel_opt.plots.spread import SYMBOLS
+
+    assert name in SYMBOLS
