@@ -30,8 +30,8 @@ POINTS = 160
 #: Height of the tip, as a share of the largest, and distance of p/T0 at which it has come down on its wall.
 DOWN = 1e-4
 
-#: Points nearest to T through which the pressure there is found.
-NEAREST = 4
+#: Points nearest to T through which the pressure there is found, and share by which it may lie beyond them.
+NEAREST, SETTLED = 4, 1e-2
 
 NOT_COMPUTED = (
     "Not computed here: the motion in a jump, and whether the rod settles in the state it jumps to, which"
@@ -59,14 +59,11 @@ def sweep_scene(scene: Scene, points: int, tol: float) -> PressureLoop:
 
 def _enough(walked: SceneBranch) -> float:
     """Arclength by which a folded rod bears the pressure at which it peels."""
-    least = next((f for f in walked.folds if f.kind == "LP-pressure" and f is not walked.snap), None)
-    peels = walked.snap.point if walked.snap else walked.points[0]
-    if least is None:
-        return math.inf
+    peels = walked.family.loading(walked.snap.point if walked.snap else walked.points[0])
     above = (
         p.arclength
         for p in walked.points
-        if p.arclength > least.point.arclength and walked.family.loading(p) > walked.family.loading(peels)
+        if walked.state_at(p.arclength) == "folded" and walked.family.loading(p) > peels
     )
     return next(above, math.inf)
 
@@ -165,9 +162,22 @@ def _touching(branch: SceneTrace, row: int) -> PressureSweep:
 
 
 def _at_transition(branch: SceneTrace) -> float:
-    """p/T0 of the attached rod, as the tip angle vanishes."""
+    """p/T0 of the attached rod, as the tip angle vanishes.
+
+    Raises
+    ------
+    NoEquilibrium
+        If it grows without limit: a front with an energy is not opened at any pressure.
+    """
     A, P = branch.A[:NEAREST], branch.pressure_ratio[:NEAREST]
-    return float(np.polynomial.polynomial.polyfit(A, P, 1)[0])
+    found = float(np.polynomial.polynomial.polyfit(A, P, 1)[0])
+    if not abs(found - P[0]) <= SETTLED * abs(P[0]):
+        raise NoEquilibrium(
+            "this scene has no loop: the shorter the detached length, the more pressure it takes (p/T0 ="
+            f" {P[0]:.4g} at sbar/eta = {branch.sigma[0]:.4g}), and none leads away from the attached rod.",
+            remedy="Its states are those of trace.",
+        )
+    return found
 
 
 def _solved(scene: Scene, branch: SceneTrace, pressure: float, row: int) -> Equilibrium:

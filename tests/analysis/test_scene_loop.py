@@ -65,6 +65,18 @@ def test_a_heavy_rod_peels_where_it_is_lifted_off_and_its_weight_leads_to_the_pl
     ("scene", "error", "words"),
     [
         (po.Scene(ROD, unbonded=4.5), po.NoEquilibrium, "does not snap, but grows stably"),
+        pytest.param(
+            po.Scene(ROD, line_energy=0.05),
+            po.NoEquilibrium,
+            "the more pressure it takes",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            po.Scene(ROD, [po.Pressure(lambda at: 1.0 + 0.1 * at.xi)]),
+            po.NoEquilibrium,
+            "the more pressure it takes",
+            marks=pytest.mark.slow,
+        ),
         (po.Scene(ROD, tip=po.Contact(), natural_curvature=-0.1), po.InvalidInput, "free or a loaded tip"),
     ],
 )
@@ -76,3 +88,11 @@ def test_a_scene_without_a_loop_says_why(scene: po.Scene, error: type[po.PeelOpt
 def test_a_loop_of_a_scene_takes_its_own_law() -> None:
     with pytest.raises(po.InvalidInput, match="its own law"):
         po.hysteresis(po.Scene(ROD, unbonded=1.0), law="linear")
+
+
+@pytest.mark.slow
+def test_an_extremum_that_rounding_makes_beside_a_rest_is_no_least_pressure() -> None:
+    loads = [po.Pressure(po.profiles.linear(-0.1)), po.Weight(0.02, 0.1), po.SkinFriction(share=0.1)]
+    loop = looped(po.Scene(ROD, [*loads, po.Drag(0.01)]))
+    assert [jump.direction for jump in loop.jumps] == ["up", "down"]
+    assert loop.jumps[1].pressure == pytest.approx(0.170528607, abs=1e-8)
