@@ -440,11 +440,22 @@ def _may_go_on(branch: SceneBranch, target: Closure) -> bool:
     if _torn(branch, target):
         ends -= {"limit"} if branch.points[-1].scalars.sigma > LONG_ARM else set()
     if target.kind == "pressure":  # beyond what was followed it only grows
-        ends -= {"unbounded"}
+        ends -= {"unbounded", *_rising(branch, target.value)}
     strip = isinstance(scene.tip, Middle) and scene.tip.slack and scene.stretch is None
     if strip and scene.loads == (Pressure(),) and target.kind == "pressure" and branch.points:
         ends -= {"long"} if target.value > branch.points[-1].scalars.pressure_ratio else set()
     return bool(ends) or len(branch.points) < FEWEST
+
+
+def _rising(branch: SceneBranch, pressure_ratio: float) -> set[str]:
+    """Return the ends, at a short length or a touch, to which the pressure rises from one that is larger."""
+    P = [p.scalars.pressure_ratio for p in branch.points]
+    if len(P) < FEWEST:
+        return set()
+    rises = ((branch.ends[0], P[0], P[1]), (branch.ends[1], P[-1], P[-2]))
+    return {
+        end for end, last, before in rises if end in ("short", "touched") and last > before > pressure_ratio
+    }
 
 
 def _beside_the_transition(question: SceneQuestion, branches: Sequence[SceneBranch]) -> bool:

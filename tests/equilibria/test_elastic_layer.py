@@ -157,3 +157,11 @@ def test_a_layer_keeps_its_units() -> None:
 def test_what_a_layer_does_not_cover_is_refused(make: Any, words: str) -> None:
     with pytest.raises(po.InvalidInput, match=words):
         make()
+
+
+@pytest.mark.slow
+def test_below_its_least_pressure_a_rod_on_a_layer_has_no_state() -> None:
+    scene = po.Scene(po.Rod.from_ratio(1.0), law=po.ElasticLayer(1e4))
+    with pytest.raises(po.NoEquilibrium) as denied:
+        po.solve(scene, free="length", pressure=0.05)
+    assert denied.value.nearest == pytest.approx(0.12185946, abs=1e-6)
