@@ -223,6 +223,7 @@ def test_every_scene_is_drawn_with_what_acts_in_it(name: str) -> None:
     assert screen.rod is not None
     assert screen.diagram is not None
     assert screen.diagram.distance(screen.diagram.here) < 2e-3  # type: ignore[arg-type]
+    assert min(line.y.min() for line in screen.diagram.lines) > -0.1  # no states under suction
     looks = {each.look for each in (*screen.rod.lines, *screen.rod.arrows)}
     assert looks >= {"force": {"tip-force"}, "wall": {"wall"}}.get(state.scene, {state.scene})
     assert (screen.loop is None) == bool(screen.no_loop)

@@ -30,7 +30,7 @@ from ...model.labels import OBSERVABLE, fits
 from ...model.scene import Scene
 from ...plots.diagram import AT_PRESSURE, coordinates, diagram_panel, place
 from ...plots.loop import area_of, pressure_panel
-from ...plots.panels import Line, Panel
+from ...plots.panels import Axis, Line, Panel, room
 from ...plots.rod import rod_panel
 from ...plots.words import plain
 from ...residual.closures import READINGS
@@ -52,6 +52,9 @@ ABOVE = 1.05
 
 #: Relative change of the tip angle within which the state of the picture before is followed.
 NEIGHBOUR = 0.25
+
+#: Room around a branch, as a share of it.
+_MARGIN = 0.1
 
 NO_POTENTIAL = "The effective potential (35) is that of the paper's scene: a uniform pressure, a flat plate."
 LATER = "It is computed when the slider rests."
@@ -286,7 +289,11 @@ def _read(curve: Curve) -> Panel:
     """The branch, its stability read where it is computed already."""
     branch, panel = curve.branch, diagram_panel(curve.branch)
     assert isinstance(branch, SceneTrace)
-    return replace(panel, lines=tuple(_smooth(line, branch) for line in panel.lines))
+    first, *others = (_smooth(line, branch) for line in panel.lines)
+    begins = int(np.argmax(first.y >= 0.0))  # not under suction
+    lines = (replace(first, x=first.x[begins:], y=first.y[begins:]), *others)
+    up = Axis(panel.y.label, *room(np.concatenate([line.y for line in lines]), _MARGIN))
+    return replace(panel, lines=lines, y=up)
 
 
 def _smooth(line: Line, branch: SceneTrace) -> Line:
