@@ -35,6 +35,9 @@ ENTRIES = (0.4, 0.8, 0.2, 1.2, 0.1)
 #: What is held on the way into a scene, one after the other where it stalls.
 HELD = {"amplitude": lambda s: float(s.A), "pressure": READINGS["pressure"], "length": READINGS["length"]}
 
+#: p/T0 from which on the last even step of a way to no pressure would still be a long one.
+ENORMOUS = 100.0
+
 #: Share of its amplitude that a state keeps at least in a step of the way into a scene.
 SHRINKS = 0.1
 
@@ -633,6 +636,13 @@ def _between(start: float, end: float, h: float) -> float:
     return start * (end / start) ** h if start > 0.0 < end else start + h * (end - start)
 
 
+def _pressure_between(start: float, end: float, h: float) -> float:
+    """Return a pressure on its way; from thousands of T0 by equal factors down to about T0, then evenly."""
+    if abs(start) < ENORMOUS:
+        return _between(start, end, h)
+    return math.sinh((1.0 - h) * math.asinh(start) + h * math.asinh(end)) if h < 1.0 else end
+
+
 def _released(
     family: SceneFamily, found: tuple[Discretisation, Correction]
 ) -> tuple[tuple[Discretisation, Correction] | None, float]:
@@ -644,7 +654,7 @@ def _released(
     (held,) = family.holding
 
     def way(h: float) -> SceneFamily:
-        pressure = _between(s.pressure_ratio, held.value, h)
+        pressure = _pressure_between(s.pressure_ratio, held.value, h)
         return replace(family, holding=(Closure(held.kind, pressure),))
 
     profile = found[0].profile(found[1].x)
