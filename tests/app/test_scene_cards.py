@@ -300,8 +300,8 @@ def test_commands_take_the_scene_of_a_card_or_refuse_it(call, tmp_path):
     assert code == 0
     assert "unbonded = 500.000 um" in out
     assert "lifted" in out
-    for command in (["tradeoff"], ["uncertainty", "--k", "+- 10 %"]):
-        code, out, err = call(*command, "--card", path)
+    for command in (["peel", "--angle", "90 deg"], ["flaw", "--pressure", "200 mmHg", "--chart"]):
+        code, out, err = call(*command, "--card", PROBLEMS / "artery_flap.toml")
         assert (code, out) == (2, "")
         assert "[scene], which this command does not cover" in err
 
