@@ -185,3 +185,12 @@ def test_the_papers_scene_is_fitted_as_its_rod() -> None:
     fit = po.calibrate(data, free=["adhesion_strength"], rod=po.Scene(FLAP))
     assert isinstance(fit, po.Calibration)
     assert fit.estimates["adhesion_strength"] == pytest.approx(140e3, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_data_far_from_the_scene_are_fitted_and_found_out() -> None:
+    rod = po.Rod.from_sheet(0.6e6, 0.7e-3, 0.5, 140e3, 51.0)
+    pressures = np.array([150.0, 300.0, 420.0, 500.0]) * 133.322387415
+    data = po.Measurements([0.98e-3, 1.17e-3, 1.33e-3, 1.47e-3], pressures, pressure_sd=1.07e3)
+    fit = po.calibrate(data, rod=po.Scene(rod, wall=po.Circle(100.0), tip=po.Contact()), free=["curvature"])
+    assert any("larger than the standard deviations allow" in warning for warning in fit.warnings)

@@ -134,21 +134,18 @@ def _minimised(
     problem: SceneProblem, fitted: SceneFitted, directions: np.ndarray | None = None
 ) -> SceneFitted:
     """Minimise, in some directions only, until no pair is nearer to another part of the branch."""
+    free = np.eye(len(fitted.z)) if directions is None else directions
     for _ in range(MOST_ROUNDS):
         fitted = problem.minimised(fitted, directions)
         again = _nearer(problem, fitted)
-        if again is fitted:
-            free = np.eye(len(fitted.z)) if directions is None else directions
-            left = problem.linear_model(fitted).left(free)
-            if not left <= LEFT:
-                raise NotConverged(
-                    f"the fit stops {left:.1e} standard deviations before its minimum.",
-                    remedy="Start from a scene nearer to it, or fix a number that is known.",
-                )
+        left = problem.linear_model(fitted).left(free)
+        # Far from the data the steps are short: a fit goes on from where the last one ended.
+        if again is fitted and left <= LEFT:
             return fitted
-        fitted = again
+        settled, fitted = again is fitted, again
+    reason = f"stops {left:.1e} standard deviations before its minimum" if settled else "does not settle"
     raise NotConverged(
-        "the states of the observations do not settle.", remedy="Start from a scene nearer to the data."
+        f"the fit {reason}.", remedy="Start from a scene nearer to the data, or fix a number that is known."
     )
 
 
@@ -359,7 +356,7 @@ def _warnings(fit: SceneCalibration) -> Iterator[str]:
                     f"{observation.name} counts as an outlier: {float(np.linalg.norm(r)):.1f} sd off the fit"
                     f" to the others, weight {weights.min():.2g}."
                 )
-    curved = [name for name in fit.free if CURVED < fit.own_sd(name) < np.inf]
+    curved = [name for name in fit.free if CURVED < fit.relative_sd(name) < np.inf]
     if curved and not loose:
         yield (
             f"{', '.join(curved)}: the uncertainty is so large that the covariance is a rough guide."
@@ -451,6 +448,12 @@ class SceneCalibration(Fit):
         """Standard deviation of the coordinate of a free number."""
         i = self._index(name)
         return float(math.sqrt(self.own_covariance[i, i]))
+
+    def relative_sd(self, name: str) -> float:
+        """Standard deviation of a free number over its size, the larger of that at the start and now."""
+        i = self._index(name)
+        coordinate, value = self.problem.coordinates[i], abs(self.estimates[name])
+        return self.own_sd(name) if coordinate.is_log else self.sd[name] / max(value, coordinate.scale)
 
     @property
     def known(self) -> tuple[Direction, ...]:
