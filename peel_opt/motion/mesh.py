@@ -12,7 +12,20 @@ import numpy as np
 
 from .chain import Chain
 from .memory import Memory
-from .moments import AHEAD, BLOCK, LONGEST, Lift, Moment, Pacer, Pressure, Spent, begun, let_go, spent
+from .moments import (
+    AHEAD,
+    BLOCK,
+    LONGEST,
+    Lift,
+    Moment,
+    Pacer,
+    Pressure,
+    Spent,
+    begun,
+    let_go,
+    moving,
+    spent,
+)
 from .readings import Recorder, at_rest_in, lying, spin_of, tail
 from .run import Posture, Setting, Told, Track, Until
 
@@ -79,6 +92,7 @@ def carried(
 ) -> Carried:
     """Carry a rod on from a moment, under a pressure that may change: for ``most`` nodes times steps."""
     kept = Recorder(chain)
+    at = moving(chain, at, pressure(at.t))
     kept.add(at, pressure(at.t), Spent())
     kept.happened("start")
     pacer = Pacer(turn, longest)
@@ -118,6 +132,8 @@ def carried(
         elif until.arrest and kept.repeats():
             outcome = "flapping"
         at = _reaching(chain, at, front, length)
+    if outcome == "not settled" and at.t >= until.time:
+        kept.happened("time")
     return Carried(kept.track(spin_of(chain, at), outcome), at)
 
 

@@ -113,6 +113,14 @@ def step(chain: Chain, at: Moment, dt: float, pressure: float) -> Moment | None:
     return Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v)
 
 
+def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
+    """Return the moment at which a run begins with its rates: what a rod without mass does not remember."""
+    after = step(chain, at, SHORTEST, pressure)
+    if after is None:
+        return at
+    return replace(at, a=after.a) if chain.mass else replace(at, v=after.v)
+
+
 @dataclass(frozen=True)
 class Lift:
     """A slow lift of the tip, from the plate to a height."""

@@ -31,11 +31,12 @@ FIRST, AFTER = 0.1, 0.01
 #: Time that passes first in new phases, over the time unit.
 RELAXED = 1e-7
 
-#: Fastest point, eta per time unit, of a rod that is at rest.
-REST = 1e-8
+#: Fastest point, eta per time unit, of a rod that is at rest, and tip angle [rad] of one that may be: close
+#: to T0 an unfolded state is left as slowly.
+REST, FOLDED = 1e-8, -0.5 * math.pi
 
 #: Height of a tip over eta that is on the plate.
-LANDED = 1e-9
+LANDED = 1e-6
 
 #: How far a motion that repeats itself may still be from its cycle, over eta, and over the width of that.
 ROUND, NARROW = 2e-4, 1e-2
@@ -119,7 +120,7 @@ def track(
             t, u, z = _relaxed(flap, t, u, z, tol)
             h, before = step.length if flap.phases == visited else min(AFTER, step.length), None
             continue
-        if not kind and reading.speed[-1] < REST and until.arrest:
+        if not kind and until.arrest and reading.speed[-1] < REST and tip.angle < FOLDED:
             kind = "arrest"
         if not kind and until.arrest and goes_round(log.events):
             kind = "cycle"
@@ -161,9 +162,7 @@ def _outcome(kind: str, tip: TipPath, first: float) -> str:
     """Return in what a run ends that was ended by some event."""
     if kind == "contact" and tip.y < LANDED and abs(tip.angle) < max(abs(first), 0.5 * math.pi):
         return "closes"
-    if kind == "arrest":
-        return "folded" if tip.angle < -0.5 * math.pi else "held"
-    return {"time": "not settled", "cycle": "flapping"}.get(kind, kind)
+    return {"time": "not settled", "cycle": "flapping", "arrest": "folded"}.get(kind, kind)
 
 
 def goes_round(events: list[Happening]) -> bool:

@@ -198,6 +198,16 @@ def test_beyond_contact_a_mesh_goes_on_and_its_error_covers_where_the_tip_lands(
 
 
 @pytest.mark.slow
+def test_close_to_T0_a_state_is_left_however_slowly() -> None:
+    """Its first motions are slower than those of a rod at rest."""
+    landed = po.snap(po.Rod.from_ratio(0.089), 0.99999, until="contact")
+    assert landed.outcome == "contact"
+    assert abs(landed.tip.y[-1]) < 1e-8
+    assert landed.error < 1e-4
+    assert np.abs(landed.certificate).max() < 1e-6
+
+
+@pytest.mark.slow
 def test_a_rod_of_its_own_length_runs_out() -> None:
     rod = po.Rod.from_ratio(0.3)
     snapped = po.snap(rod, 0.9, mass=1.0, drag=0.0, rod_length=4.2)
@@ -323,6 +333,7 @@ def test_a_bond_that_does_not_heal_stops_where_it_came_to_and_takes_its_work() -
     )
     assert damaged.energy.drag[-1] > 0.0
     assert np.all(np.diff(damaged.energy.bond_loss) >= 0.0)
+    assert np.abs(damaged.certificate).max() < 1e-3  # from the start on, where it is let go of
     assert np.abs(damaged.energy.defect).max() < 2e-3
 
 
