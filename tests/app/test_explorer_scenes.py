@@ -227,3 +227,26 @@ def test_every_scene_is_drawn_with_what_acts_in_it(name: str) -> None:
     looks = {each.look for each in (*screen.rod.lines, *screen.rod.arrows)}
     assert looks >= {"force": {"tip-force"}, "wall": {"wall"}}.get(state.scene, {state.scene})
     assert (screen.loop is None) == bool(screen.no_loop)
+
+
+@pytest.mark.slow
+def test_a_sweep_in_a_scene_shows_its_states_and_no_other_where_it_is_attached() -> None:
+    pytest.importorskip("bokeh")
+    from bokeh.document import Document
+
+    from peel_opt.app.explorer.page import Page
+
+    from ..futures import at_once
+    from .test_explorer_page import pump
+
+    page = Page(Document(), PRESSED.staged("weight"), submit=at_once)
+    pump(page)
+    page.controls.play.active = True
+    seen = set()
+    for frame in page._frames:
+        page._step()
+        assert page.panels.loop.here.data["x"] == [frame.x]
+        shown = len(page.panels.rod.lines["rod"].data["x"]) > 0
+        assert shown == (frame.label != "adhered") or page.panels.rod.absent.text == "being solved"
+        seen.add((frame.label, shown))
+    assert {("adhered", False), ("folded", True)} <= seen

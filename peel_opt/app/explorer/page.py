@@ -301,8 +301,12 @@ class Page:
         assert sweep is not None  # it is what is played
         try:
             state = moves.framed(self.state, sweep, frame)
-        except PeelOptError:
-            return  # outside what a state may be; the sweep goes on
+        except PeelOptError:  # outside what a state may be, or attached in a scene; the sweep goes on
+            attached = "attached to its wall" if frame.label == "adhered" else "outside what is shown"
+            apply(self.panels.rod.updates("Rod", None, attached))
+            apply(self.panels.diagram.place(None))
+            apply(self.panels.loop.place((frame.x, frame.y)))
+            return
         screen = live_screen(state, best=self.best)
         self.doc.hold("combine")
         try:
