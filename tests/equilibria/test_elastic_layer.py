@@ -150,8 +150,6 @@ def test_a_layer_keeps_its_units() -> None:
         (lambda: po.Scene(ROD, law=po.ElasticLayer(0.9)), "as soft as its bond"),
         (lambda: po.Scene(ROD, law=po.ElasticLayer(100.0), wall=po.Circle(0.1)), "flat wall"),
         (lambda: po.Scene(ROD, law=po.ElasticLayer(100.0), unbonded=1.0), "glued up to"),
-        (lambda: po.stability(_held(100.0, 0.8)), "nothing gives way"),
-        (lambda: po.energies(_held(100.0, 0.8)), "elastic layer"),
     ],
 )
 def test_what_a_layer_does_not_cover_is_refused(make: Any, words: str) -> None:

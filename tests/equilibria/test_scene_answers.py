@@ -62,7 +62,7 @@ def test_what_has_no_equilibrium_costs_its_own_answer_only() -> None:
         (lambda: po.answers(STREAM, weight=0.1), "no question"),
         (lambda: po.answers(STREAM, ratio=1.0, pressure_ratio=0.5), "no question"),
         (lambda: po.answers(STREAM, pressure_ratio=0.5, law="linear"), "its own law"),
-        (lambda: po.answers(ratio=1.0, pressure_ratio=0.5, weight=0.1), "no number of a rod"),
+        (lambda: po.answers(ratio=1.0, pressure_ratio=0.5, weight=0.1), "no number of a question"),
         (lambda: po.answers(STREAM, pressure_ratio=[0.5, 0.6], weight=[1.0, 2.0, 3.0]), "no common one"),
         (lambda: po.answers(ROD, pressure_ratio=0.5), "must be a Scene"),
     ],
@@ -108,19 +108,3 @@ def test_each_number_of_a_scene_may_be_replaced(scene: po.Scene, numbers: dict[s
     found = renumbered(scene, wanted)
     assert type(found) is type(scene)
     assert found.numbers == pytest.approx(scene.numbers | wanted)
-
-
-@pytest.mark.parametrize(
-    "study",
-    [
-        lambda scene: po.calibrate(
-            po.Measurements(pressure=[0.5, 0.6], length=[3.0, 3.1], pressure_sd=0.01),
-            free=["adhesion_range"],
-            rod=scene,
-        ),
-    ],
-    ids=["calibrate"],
-)
-def test_a_study_of_rods_says_that_it_takes_no_scene(study: Any) -> None:
-    with pytest.raises(po.InvalidInput, match="takes a rod, and not a scene"):
-        study(STREAM)

@@ -257,14 +257,11 @@ def test_a_call_that_takes_a_rod_says_that_it_does_not_take_a_scene(call: Any) -
         call(scene, 0.5) if call is po.held_length else call(scene)
 
 
-def test_studies_of_the_paper_alone_refuse_a_scene_by_name() -> None:
+def test_a_study_of_the_paper_alone_refuses_a_scene_by_name() -> None:
     scene = po.Scene(FLAP, [po.Weight(50.0)])
     target = po.Target("maxwell_length", equal="2 mm")
-    data = [po.Measurements([1.765e-3, 1.8e-3], [67e3, 6e4], pressure_sd=500.0)]
     with pytest.raises(po.InvalidInput, match="paper's scene only"):
         po.design(scene, free="bending_stiffness", targets=target)
-    with pytest.raises(po.InvalidInput, match="paper's scene only"):
-        po.calibrate(data, free=("adhesion_range",), rod=scene)
 
 
 def test_a_state_of_a_scene_travels_with_its_numbers(tmp_path: Any) -> None:
