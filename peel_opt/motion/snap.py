@@ -34,11 +34,12 @@ from .trajectory import BONDS, Happening, Ledger, Snap, TipPath
 #: Longest run, over the unit of time, of a rod that is followed until it rests.
 LONGEST = 3000.0
 
-#: Largest error of front and tip over eta, or of the identity, with which a finer run is not tried, and with
-#: which none is returned.
-GOOD, USABLE = 2e-6, 1e-3
+#: Largest error of front and tip over eta, or of the identity, with which a finer run is not tried, by the
+#: resolution, of which each takes twice the time of the one before.
+GOOD = (0.0, 2e-6, 2e-5, 1e-3)
 
-#: How far from the folded equilibrium a rod at rest may be, over eta, and the error of a run on a mesh.
+#: How far from the folded equilibrium a rod at rest may be, over eta, beside its error, and the error of a
+#: run on a mesh.
 APART, MESHED = 1e-5, 1e-4
 
 #: Length over that of the unfolded state with which a motion begins on a mesh.
@@ -133,7 +134,7 @@ def snap(
     found = _in_units(asked, fine, growth, error, time_error)
     if fine.outcome == "folded" and bond == "reversible":
         if error < MESHED:
-            _require_folded(asked, fine)
+            _require_folded(asked, fine, max(APART, 2.0 * error))
         elif found.arrest is None:  # close to T0 the mesh cannot tell what is slow from what is at rest
             found = replace(found, outcome="not settled")
     if fine.outcome == "contact" and until != "contact":
@@ -301,7 +302,7 @@ def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tup
             error, time_error = _errors(coarse, run)
             missed = max(error, float(np.abs(run.identity).max()))
             goes_on = run.outcome == "contact" and not (until.contact or setting.mass)
-            if missed <= (MESHED if goes_on else GOOD) or (last and missed <= USABLE):
+            if missed <= max(GOOD[resolution], MESHED if goes_on else 0.0):
                 return run, error, time_error
         coarse = run
     raise NotConverged(
@@ -369,12 +370,12 @@ def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error
     )
 
 
-def _require_folded(asked: _Asked, run: Track) -> None:
-    """Raise unless a rod at rest is the folded equilibrium that is known otherwise."""
+def _require_folded(asked: _Asked, run: Track, apart: float) -> None:
+    """Raise unless a rod at rest is, within that over eta, the folded equilibrium that is known otherwise."""
     known = length_given_pressure(
         asked.rod, asked.pressure, law=asked.law, state="folded", near=asked.rod.length(float(run.front[-1]))
     )
-    if abs(known.length_ratio - run.front[-1]) > APART:
+    if abs(known.length_ratio - run.front[-1]) > apart:
         raise NotConverged(
             f"the rod came to rest at sbar/eta = {run.front[-1]:.8g}, where no equilibrium is: the nearest"
             f" has {known.length_ratio:.8g}."
