@@ -51,6 +51,16 @@ DRAGS: dict[str, tuple[State, str, np.ndarray]] = {
         "k",
         2.3e-5 * np.linspace(0.5, 1.5, VALUES),
     ),
+    "unglued edge from 0.3 to 0.55 eta, p = 0.5 T0": (
+        State(given="pressure", law="cohesive").staged("flaw").changed(unbonded=0.3),
+        "unbonded",
+        np.linspace(0.3, 0.55, VALUES),
+    ),
+    "curvature of a wall from -0.05 to -0.2 / eta": (
+        State(given="pressure", law="cohesive").staged("wall").changed(curvature=-0.05),
+        "curvature",
+        np.linspace(-0.05, -0.2, VALUES),
+    ),
 }
 
 
@@ -62,6 +72,8 @@ def never(_work: Callable[[], Screen]) -> Future[Screen]:
 def drag(state: State, field: str, values: np.ndarray) -> np.ndarray:
     """Return the time of each picture of a drag [s]."""
     page = Page(Document(), state, submit=never)
+    if state.rods_scene is not None:  # a drag begins in a picture that was solved
+        page._take(full_screen(state))
     times = []
     for value in values:
         page.go_to(page.state.changed(**{field: float(value)}), rested=False)
@@ -69,6 +81,7 @@ def drag(state: State, field: str, values: np.ndarray) -> np.ndarray:
         page._live()
         times.append(time.perf_counter() - began)
         assert page.screen.state == page.state  # a picture was made
+        assert page.screen.equilibrium is not None or state.rods_scene is None  # of the state
     return np.array(times)
 
 
