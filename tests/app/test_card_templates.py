@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,25 +18,12 @@ from peel_opt.app.any_card import load_any
 from peel_opt.app.card_templates import TEMPLATES
 from peel_opt.app.cards import Card
 from peel_opt.app.cli import new
-from peel_opt.app.cli.main import main
 from peel_opt.app.scene_table import MEASURES
+
+from .calling import Call
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "cards.md").read_text(encoding="utf-8")
-
-Call = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str]) -> Call:
-    """Run in this process; return the exit code, stdout and stderr."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 # --- the page -----------------------------------------------------------------------------

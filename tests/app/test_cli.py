@@ -13,7 +13,6 @@ import pytest
 
 from peel_opt import Equilibrium, __version__
 from peel_opt.app.cli import main as cli
-from peel_opt.app.cli.main import main
 from peel_opt.app.report import slug
 from peel_opt.studies.tradeoff.compare import METHODS
 
@@ -43,18 +42,6 @@ def mixed(tmp_path):
     path = tmp_path / "mixed.toml"
     path.write_text(MIXED, encoding="utf-8")
     return str(path)
-
-
-@pytest.fixture
-def call(capsys):
-    """Run in this process; return the exit code and the lines of stdout and stderr."""
-
-    def run(*arguments):
-        code = main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 def process(*arguments, **options):

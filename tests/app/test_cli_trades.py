@@ -8,13 +8,13 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import peel_opt as po
-from peel_opt.app.cli.main import main
+
+from .calling import Call
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 FLAP = ["--k", "23 uN m", "--T0", "140 kPa", "--y0", "0.73 mm"]
@@ -23,20 +23,6 @@ TAPE = [*SHEET, "--T0", "0.5 MPa", "--work", "100 J/m^2"]
 
 #: What a millimetre of mercury is [Pa].
 MMHG = 133.322387415
-
-Call = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def call(capsys: pytest.CaptureFixture[str]) -> Call:
-    """Run in this process; return the exit code, stdout and stderr."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 # --- rods of a sheet ----------------------------------------------------------------------

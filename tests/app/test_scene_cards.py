@@ -19,7 +19,6 @@ from peel_opt import (
 )
 from peel_opt.analysis.unbonded import FlawLimit
 from peel_opt.app.cards import load_card
-from peel_opt.app.cli.main import main
 from peel_opt.app.explorer.state_cards import from_card
 from peel_opt.app.scene_report import describe_scene
 from peel_opt.app.scene_table import MEASURES, SceneTable
@@ -267,16 +266,6 @@ def test_the_explorer_says_what_it_does_not_show(card):
 
 
 # --- the command line ---------------------------------------------------------------------
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        code = main([str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
 
 
 def test_solve_frees_any_number_of_a_card(call, tmp_path):
