@@ -83,6 +83,16 @@ READINGS: dict[str, Callable[[Scalars], Any]] = {
     "alpha1": lambda s: s.alpha1,
 }
 
+#: What each closure gives, as its equation writes it.
+SYMBOLS = {
+    "ratio": "eta/y0",
+    "length": "sbar/eta",
+    "pressure": "p/T0",
+    "lam": "lambda",
+    "alpha1": "alpha1",
+    "amplitude": "minus the tip angle",
+}
+
 #: Closures that give one of the scalars itself.
 OF_A_SCALAR = {"amplitude": "A", "length": "sigma", "lam": "lam"}
 
@@ -101,6 +111,9 @@ class Closure:
     def parameters(self) -> tuple[float, ...]:
         """The given numbers of the equation."""
         return (self.value,)
+
+    def __str__(self) -> str:
+        return f"{SYMBOLS[self.kind]} = {self.value:.9g}"
 
 
 @dataclass(frozen=True)
