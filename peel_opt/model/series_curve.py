@@ -78,7 +78,7 @@ class _Terms:
 @np.errstate(under="ignore")  # close to T high powers vanish, and should
 def _powers(x: Any, highest: int) -> np.ndarray:
     """x^0 ... x^highest along a first axis."""
-    powers = np.empty((highest + 1, *np.shape(x)))
+    powers = np.empty((highest + 1, *getattr(x, "shape", ())))
     powers[:] = x
     powers[0] = 1.0
     return np.multiply.accumulate(powers)

@@ -144,22 +144,22 @@ def turned(place: FreeCurve, A: Any, stretch: Any, sine: Any, cosine: Any) -> tu
 def _along(zeta: tuple[float, ...]) -> np.ndarray:
     """Matrix to phi/(zeta c)^3, X/(zeta c), Y/(zeta c)^4, one upon the other, from the polynomials of c^3.
 
-    For every piece of c^3 it has columns of its own.
+    That of every piece of c^3 is a column, flat: shape (3 * len(zeta) * COUNT, pieces).
     """
     within, to_series = _nodes()
     cubes = WIDTH * np.add.outer(np.arange(_pieces(LONGEST)), within)
     values = _scaled(np.multiply.outer(np.array(zeta) ** 3, cubes), LONGEST)
-    columns = np.einsum("kj,zpjf->fzpk", to_series, values).astype(float)
-    return columns.reshape(3 * len(zeta), -1)
+    columns = np.einsum("kj,zpjf->kfzp", to_series, values).astype(float)
+    return columns.reshape(-1, columns.shape[-1])
 
 
 def curve_expression(zeta: np.ndarray, end: ca.MX) -> FreeCurve:
     """The curve at shares ``zeta`` of an arc that ends at the distance ``end``, as CasADi expressions."""
     place, count = end**3 / WIDTH, _pieces(LONGEST)
     piece = ca.fmin(ca.floor(place), count - 1)
-    here = ca.cos(ca.acos(2.0 * (place - piece) - 1.0) * np.arange(COUNT))
-    basis = ca.vertcat(*(ca.if_else(piece == k, 1.0, 0.0) * here.T for k in range(count)))
-    values = ca.mtimes(_along(tuple(zeta.tolist())), ca.vec(basis.T))
+    basis = ca.cos(ca.acos(2.0 * (place - piece) - 1.0) * np.arange(COUNT))
+    here = ca.MX(ca.DM(_along(tuple(zeta.tolist()))))[:, piece]
+    values = ca.mtimes(ca.reshape(here, 3 * len(zeta), COUNT), basis)
     F, G, H = ca.vertsplit(values, len(zeta))
     c = end * zeta
     return FreeCurve(c**3 * F, c * G, c**4 * H)
