@@ -53,6 +53,7 @@ def hysteresis(
     back to the plate adheres with the same law.  What the motion adds, `snap` tells: a rod may jump past the
     folded state and come to lie flat upside down, from where it does not close at the minimum pressure; a
     pressure that falls at a rate is seen to close late.  `history` has bonds that stay broken.
+    There is no loop in the volume under a rod, for the reason that `volume_limits` gives.
 
     Parameters
     ----------

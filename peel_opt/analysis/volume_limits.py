@@ -82,6 +82,12 @@ def volume_limits(branch: Branch) -> tuple[VolumeLimit, ...]:
     NotConverged
         If it cannot be solved between its points.
 
+    Notes
+    -----
+    Where a rod jumps to from here is not told by its branch.  No work is done while the area is held, and
+    U + Phi falls; where the branch has the same area again it is higher.  The area that a free end sweeps
+    depends on the way, and there is no loop in it to be read off equilibria.
+
     Examples
     --------
     >>> from peel_opt import Rod, trace

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import peel_opt as po
 
 #: Where U + Phi has a value before the least pressure, S as an integration by other code has it, to 3e-3.
 SWEPT = [(0.3, 3.0422, 3.885), (0.566, 3.2837, 7.180), (1.0, 2.728, 11.778)]
+
+#: By how much U + Phi is more where a branch has its largest area again, and where it had its smallest.
+GAINS = {0.5: (0.00200, 0.00143), 0.566: (0.00645, 0.00408)}  # as docs/motion.md has them
 
 #: Windows of tip angles and pressures in which the area falls, by other code on a grid: 0.02 rad, 0.01 T0.
 FALLS = {0.5: ((-2.81, 0.49), (-2.88, 0.53)), 0.566: ((-2.98, 0.48), (-3.10, 0.56))}
@@ -16,6 +22,20 @@ FALLS = {0.5: ((-2.81, 0.49), (-2.88, 0.53)), 0.566: ((-2.98, 0.48), (-3.10, 0.5
 
 def branch(ratio: float, points: int = 140) -> po.Branch:
     return po.trace(po.Rod.from_ratio(ratio), points=points)
+
+
+def energies_gained(walked: po.Branch, largest: po.VolumeLimit, smallest: po.VolumeLimit) -> list[float]:
+    """U + Phi behind a jump from either limit to the same area on the branch, less that before it."""
+    balance = po.energies(walked)
+    stored, below, above = balance.bending + balance.separation, largest.index + 1, smallest.index + 1
+    sides = [
+        CubicHermiteSpline(
+            balance.swept[rows], stored[rows], balance.pressure_ratio[rows]
+        )  # dU + dPhi = p dS
+        for rows in (slice(below), slice(above, None))
+    ]
+    before, after = ([float(side(limit.swept)) for limit in (largest, smallest)] for side in sides)
+    return [after[0] - before[0], before[1] - after[1]]
 
 
 @pytest.mark.parametrize(("ratio", "energy", "swept"), SWEPT)
@@ -34,7 +54,7 @@ def test_the_swept_area_is_that_of_another_code(ratio: float, energy: float, swe
 
 @pytest.mark.parametrize("ratio", FALLS)
 def test_a_pump_meets_two_limit_points_near_one_half(ratio: float) -> None:
-    walked = branch(ratio)
+    walked, coarser = branch(ratio, 100), branch(ratio, 40)
     limits = po.volume_limits(walked)
     assert [limit.kind for limit in limits] == ["maximum", "minimum"]
     for limit, (angle, pressure) in zip(limits, FALLS[ratio], strict=True):
@@ -46,9 +66,18 @@ def test_a_pump_meets_two_limit_points_near_one_half(ratio: float) -> None:
         either = {po.stability(walked, i).volume_index % 2 for i in (limit.index - 1, limit.index + 2)}
         assert either == {0, 1}
     # A coarser branch is as near as it says.
-    for fine, coarse in zip(limits, po.volume_limits(branch(ratio, 40)), strict=True):
+    for fine, coarse in zip(limits, (near := po.volume_limits(coarser)), strict=True):
         assert abs(fine.swept - coarse.swept) < coarse.error < 1e-3
         assert fine.tip_angle == pytest.approx(coarse.tip_angle, abs=1e-7)
+    # A jump at a held volume does no work, and cannot lead to where the branch has that volume again.
+    assert energies_gained(coarser, *near) == pytest.approx(GAINS[ratio], abs=5e-5)
+
+
+def test_the_height_of_a_tip_says_the_pressure(branch_of: Callable[..., po.Branch]) -> None:
+    height = 0.8  # of y0, where law (8) has Phi(y)/y = T0 (1 - y/(2 y0))
+    held = branch_of(1.0, points=60).at(pressure=1.0 - height / 2.0)
+    assert [eq.state for eq in held] == ["lower", "folded"]
+    assert [eq.tip_height for eq in held] == pytest.approx([height, height], abs=1e-8)
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.8])
