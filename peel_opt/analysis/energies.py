@@ -86,15 +86,21 @@ class Energies(Columns):
         NotConverged
             If Gamma is not seen to return to zero on the branch.
         """
+        return self._returned(np.arange(len(self.A)))
+
+    def _returned(self, rows: np.ndarray) -> float:
+        """`equal_area_pressure` by the splines through some of the points."""
         i, gamma = self._return(), self.gamma
-        spline, P = CubicSpline(self.A, gamma), CubicSpline(self.A, self.pressure_ratio)
-        return float(P(brentq(spline, self.A[i], self.A[i + 1], xtol=1e-13)))
+        spline, P = (CubicSpline(self.A[rows], values[rows]) for values in (gamma, self.pressure_ratio))
+        beyond = self.A[rows[rows > i][0]]
+        return float(P(brentq(spline, self.A[i], beyond, xtol=1e-13)))
 
     def equal_area_error(self) -> float:
         """Error of `equal_area_pressure`, in p/T0.
 
-        As dGamma = -S dp, an error of the swept area moves the pressure by p/S times itself.  To it
-        comes the distance from what Gamma and its slope -S at the two neighbouring points give.
+        As dGamma = -S dp, an error of the swept area moves the pressure by p/S times itself.  To it comes
+        the distance from what Gamma and its slope -S at the two neighbouring points give, or from what
+        every second point gives, whichever is larger.
 
         Raises
         ------
@@ -106,7 +112,9 @@ class Energies(Columns):
         p, gamma, swept = self.pressure_ratio[near], self.gamma[near], self.swept[near]
         order = np.argsort(p)
         local = CubicHermiteSpline(p[order], gamma[order], -swept[order])
-        return found * self.swept_error / float(swept.min()) + abs(found - brentq(local, *p, xtol=1e-15))
+        every_second = np.unique([*range(i % 2, len(self.A), 2), len(self.A) - 1])
+        others = brentq(local, *p, xtol=1e-15), self._returned(every_second)
+        return found * self.swept_error / float(swept.min()) + max(abs(found - other) for other in others)
 
     def _return(self) -> int:
         """Index of the last point before Gamma returns to zero."""

@@ -103,6 +103,11 @@ class LineBond(Bond):
 LINE = LineBond()
 
 
+#: Gap over y0 below which a displacement has no direction: that close to the front the slip is a ten
+#: millionth of it, and both are what rounding and the tolerance of a solver have left.
+LEAST_GAP = 1e-8
+
+
 @dataclass(frozen=True)
 class EffectiveOpening(Bond):
     """Traction along the displacement, of a size that follows from sqrt(gap^2 + zeta^2 slip^2).
@@ -138,11 +143,13 @@ class EffectiveOpening(Bond):
 
     def tractions(self, piece: Piece, g: Any, u: Any, q: Numbers) -> tuple[Any, Any]:
         """Return the two components of tau(delta) along the displacement."""
+        # u falls off faster than g towards the front, where both vanish and rounding would choose the
+        # direction.  Smooth through g = 0, which walks may pass: states under the wall are spurious.
+        slope = u * g / (g**2 + LEAST_GAP**2)
         z2 = q["zeta"] ** 2
-        ratio = z2 * u / g  # of the displacements; u falls off faster than g towards the edge
-        along = g / abs(g) * (1.0 + z2 * (u / g) ** 2) ** -0.5  # under the wall it pushes
+        along = (1.0 + z2 * slope**2) ** -0.5
         tau = 1.0 - piece.drop(self.opening(g, u, q))
-        return 1.0 - tau * along, tau * along * ratio
+        return 1.0 - tau * along, tau * along * z2 * slope
 
     def potential(self, g: float, u: float, q: Numbers) -> float:
         """Return the work of separation at the effective opening."""

@@ -463,7 +463,7 @@ def test_the_page_fits_from_a_phone_to_a_projector(
 
 @pytest.mark.slow
 def test_panels_follow_the_window(browser: Any, server_url: str, window: Callable[[int, int], None]) -> None:
-    window(1280, 800)
+    window(1280, 1000)  # where the width decides, not the height
     open_page(browser, server_url)
     width = "return model('rod').inner_width"
     before = js(browser, width)
