@@ -18,7 +18,7 @@ from ..equilibria.result import Equilibrium
 from ..model.rod import Rod
 
 #: Largest error of an eigenvalue, relative to its size and one, with which a rate is returned.
-LARGEST = 1e-5
+LARGEST = 1e-6
 
 
 @one_thread
@@ -44,8 +44,7 @@ def growth_rate(eq: Equilibrium, mass: float = 0.0, drag: float | None = None) -
     InvalidInput
         If mass and drag are both zero or one is negative, or there is no solution to linearise about.
     NotCertified
-        If the eigenvalues of two discretisations do not agree to 1e-5 of their size and one: as a rule they
-        do to 1e-8, beside T0, where a folded tip comes down, to some 1e-6.
+        If the eigenvalues of two discretisations do not agree to 1e-6 of their size and one.
 
     Examples
     --------

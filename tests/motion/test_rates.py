@@ -116,3 +116,8 @@ def test_what_cannot_be_meant_is_refused() -> None:
         po.growth_rate(po.length_given_pressure(po.Rod(2e-5, 1e5, 1e-3), 4e4), mass=1.0)
     with pytest.raises(po.InvalidInput, match="unit of time"):
         po.growth_rate(po.equilibrium(beta0=4, lam=1.0))
+
+
+def test_a_folded_rod_within_y0_has_the_digits_of_its_phases_put_together() -> None:
+    """It is one long phase, for which the first two degrees are too low: they differ by 2e-6."""
+    assert po.stability(folded(1.0, 0.99)).error < 1e-8
