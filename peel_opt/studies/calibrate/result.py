@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from .data import Observation
 from .problem import Fitted, Problem
 from .profile import LikelihoodProfile, interval, profile
 from .record import fit_columns, fit_record
-from .words import Combination
+from .words import Combination, Direction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,8 +96,13 @@ class Fit(Pictured, Tabled):
 
     @property
     @abstractmethod
+    def known(self) -> Sequence[Combination | Direction]:
+        """Combinations of the free numbers that the data know independently, the best first."""
+
+    @property
     def identifiable(self) -> bool:
         """Whether the data determine every free number."""
+        return all(combination.determined for combination in self.known)
 
     @property
     @abstractmethod
@@ -104,9 +110,9 @@ class Fit(Pictured, Tabled):
         """Whether there is a likelihood with a maximum: a robust loss is none, and a flat one has none."""
 
     @property
-    @abstractmethod
     def determined(self) -> list[str]:
         """What the data know of the free numbers, in words."""
+        return [str(combination) for combination in self.known]
 
     @abstractmethod
     def interval(self, name: str, *, level: float = 0.95, method: str | None = None) -> tuple[float, float]:
@@ -253,14 +259,9 @@ class Calibration(Fit):
         return float(math.sqrt(self.log_covariance[i, i]))
 
     @property
-    def identifiable(self) -> bool:
-        """Whether the data determine every free number."""
-        return all(c.determined for c in self.combinations)
-
-    @property
-    def determined(self) -> list[str]:
-        """What the data know of the free numbers, in words."""
-        return [str(c) for c in self.combinations]
+    def known(self) -> tuple[Combination, ...]:
+        """The combinations, as every fit has them."""
+        return self.combinations
 
     @property
     def origins(self) -> tuple[float | None, ...]:

@@ -32,7 +32,7 @@ from .profile import BetterFit, met, quantile, require_level
 from .result import Fit
 from .scene_problem import LEAST, Coordinate, SceneFitted, SceneProblem, numbers_of, rates_of
 from .search import AGREED, BETTER, LEFT, NEARER
-from .words import CURVED, LOOSE, OUTLIER, goodness
+from .words import CURVED, LOOSE, OUTLIER, Direction, goodness
 
 #: Meshes on which a fit is made, the first that of a walk.
 MOST_MESHES = 4
@@ -46,9 +46,6 @@ FURTHEST, WIDE = math.log(1e4), 4.0
 
 #: Lines between two points of a branch, from which the nearest place is read.
 BETWEEN = 8
-
-#: Share of a direction from which a number is named in it.
-NAMED = 0.2
 
 
 def fit_scene(
@@ -364,44 +361,6 @@ def _warnings(fit: SceneCalibration) -> Iterator[str]:
         )
 
 
-@dataclass(frozen=True)
-class Direction:
-    """A combination of the free numbers, and how well the data know it.
-
-    Parameters
-    ----------
-    shares : dict of str to float
-        The numbers that have a part in it; the largest is 1 in size.
-    sd : float
-        Standard deviation, of logarithms or relative to the sizes at the start; infinite if nothing is known.
-    """
-
-    shares: dict[str, float]
-    sd: float
-
-    @classmethod
-    def of(cls, names: Sequence[str], row: np.ndarray, sd: float) -> Direction:
-        """Return a direction of length 1 by its largest part."""
-        largest = float(row[np.argmax(np.abs(row))])
-        named = {n: float(share) / largest for n, share in zip(names, row, strict=True) if abs(share) > NAMED}
-        return cls(named, sd / abs(largest))
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The numbers that have a part in it."""
-        return tuple(self.shares)
-
-    @property
-    def determined(self) -> bool:
-        """Whether it is known to better than a factor exp(0.5)."""
-        return self.sd < LOOSE
-
-    def __str__(self) -> str:
-        known = f"to {100.0 * self.sd:.2g} %" if math.isfinite(self.sd) else "not at all"
-        parts = [name if share == 1.0 else f"{share:+.2g} {name}" for name, share in self.shares.items()]
-        return f"{' '.join(sorted(parts, key=lambda part: part[0] in '+-'))} ({known})"
-
-
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SceneCalibration(Fit):
     """A fit of numbers of a scene to measurements.
@@ -466,16 +425,6 @@ class SceneCalibration(Fit):
             )
             for row, size in zip(self.directions, self.singular_values.tolist(), strict=True)
         )
-
-    @property
-    def identifiable(self) -> bool:
-        """Whether the data determine every free number."""
-        return all(d.determined for d in self.known)
-
-    @property
-    def determined(self) -> list[str]:
-        """What the data know of the free numbers, in words."""
-        return [str(d) for d in self.known]
 
     @property
     def has_profile(self) -> bool:

@@ -7,6 +7,7 @@ k^a T0^b y0^c and how well each is known, independently of each other.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -36,6 +37,47 @@ NAMED = {
     "the ratio eta/y0": (1.0 / 3.0, -1.0 / 3.0, -1.0),
     "the length (k/(T0 y0))^(1/2)": (0.5, -0.5, -0.5),
 }
+
+#: Share of a direction from which a number is named in it.
+SHOWN = 0.2
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A combination of the free numbers, and how well the data know it.
+
+    Parameters
+    ----------
+    shares : dict of str to float
+        The numbers that have a part in it; the largest is 1 in size.
+    sd : float
+        Standard deviation, of logarithms or relative to the sizes at the start; infinite if nothing is known.
+    """
+
+    shares: dict[str, float]
+    sd: float
+
+    @classmethod
+    def of(cls, names: Sequence[str], row: np.ndarray, sd: float) -> Direction:
+        """Return a direction of length 1 by its largest part."""
+        largest = float(row[np.argmax(np.abs(row))])
+        named = {n: float(share) / largest for n, share in zip(names, row, strict=True) if abs(share) > SHOWN}
+        return cls(named, sd / abs(largest))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The numbers that have a part in it."""
+        return tuple(self.shares)
+
+    @property
+    def determined(self) -> bool:
+        """Whether it is known to better than a factor exp(0.5)."""
+        return self.sd < LOOSE
+
+    def __str__(self) -> str:
+        known = f"to {100.0 * self.sd:.2g} %" if math.isfinite(self.sd) else "not at all"
+        parts = [name if share == 1.0 else f"{share:+.2g} {name}" for name, share in self.shares.items()]
+        return f"{' '.join(sorted(parts, key=lambda part: part[0] in '+-'))} ({known})"
 
 
 @dataclass(frozen=True)
