@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from ..model.bond import CohesiveLaw
+from .acting import PRESSURE_ALONE, Loads
 from .trajectory import Happening, Ledger, TipPath
 
 #: What is called with the time that a run has come to.
@@ -66,6 +67,8 @@ class Setting:
         One of `BONDS`.
     length : float
         Of the whole rod, over eta.
+    loads : Loads
+        What acts on it.
     """
 
     ratio: float
@@ -75,6 +78,7 @@ class Setting:
     drag: float
     bond: str = "reversible"
     length: float = np.inf
+    loads: Loads = PRESSURE_ALONE
 
 
 @dataclass(frozen=True)

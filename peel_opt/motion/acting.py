@@ -1,0 +1,211 @@
+"""What acts on a moving rod beside drag, mass and bond: the loads of a scene on a flat plate.
+
+A natural curvature kappa_n of all the rod bends the attached part as well: it is the moment -k kappa_n
+at the tip and nothing else.  Loads count places from the front, as in equilibrium: a pressure that is a
+function of ``place.x`` moves along with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ..base.errors import InvalidInput
+from ..model.mixed_bonds import Opening
+from ..model.place import Place
+from ..model.rod import Rod
+from ..model.scene import Scene
+from ..model.tips import Free, TipLoad
+
+#: The material points that lie between a place and the tip.
+Past = frozenset[str]
+
+
+class Acted(NamedTuple):
+    """Forces per length over T0, and what they change by.
+
+    Parameters
+    ----------
+    force : ndarray, shape (2, ...)
+        Along x and y.
+    by_theta : ndarray, shape (2, ...)
+    by_place : ndarray, shape (4, 2, ...), or None
+        By x, y, s and sbar; None where a load feels nothing but its angle.
+    """
+
+    force: np.ndarray
+    by_theta: np.ndarray
+    by_place: np.ndarray | None
+
+
+class Loads:
+    """The paper's load: a uniform pressure under a rod whose tip is free.
+
+    Attributes
+    ----------
+    breaks : tuple of (str, float)
+        Material points at which a load or the bond begins or ends, with their s, from the tip on.
+    unbonded : float
+        Length from the tip that was never glued.
+    tip_force : tuple of float
+        Along x and y.
+    moment, natural_curvature : float
+        Of the tip, anticlockwise, and of the rod; theta'(0) is the second less the first.
+    """
+
+    breaks: tuple[tuple[str, float], ...] = ()
+    unbonded: float = 0.0
+    tip_force: tuple[float, float] = (0.0, 0.0)
+    moment: float = 0.0
+    natural_curvature: float = 0.0
+
+    @property
+    def tip_curvature(self) -> float:
+        """theta'(0), times eta."""
+        return self.natural_curvature - self.moment
+
+    def at(
+        self,
+        pressure: float,
+        theta: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+        s: np.ndarray,
+        sbar: np.ndarray,
+        past: Past = frozenset(),
+    ) -> Acted:
+        """Return the forces at places, in units of T0 and eta; all arrays of one shape (...).
+
+        Parameters
+        ----------
+        pressure : float
+            p/T0.
+        theta, x, y, s : ndarray
+            Angle, place along the plate from where the tip was stuck, height, and arc length from the tip.
+        sbar : ndarray
+            Detached length.
+        past : frozenset of str
+            Names of the breaks between these places and the tip.
+        """
+        sine, cosine = np.sin(theta), np.cos(theta)
+        return Acted(pressure * np.stack([-sine, cosine]), -pressure * np.stack([cosine, sine]), None)
+
+    def lift(self, pressure: float, sbar: float) -> float:
+        """Return by what the attached rod is pulled off at the front, over T0."""
+        past = frozenset(name for name, s in self.breaks if s < sbar)
+        theta, x, y = np.array([0.0]), np.array([sbar]), np.array([0.0])
+        return float(self.at(pressure, theta, x, y, x, x, past).force[1, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class SceneLoads(Loads):
+    """What acts on the rod of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of those that `loads_on` lets through.
+    """
+
+    scene: Scene
+
+    @cached_property
+    def breaks(self) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
+        """Material points, with their s, from the tip on."""
+        numbers = self.scene.numbers
+        return tuple(
+            sorted(((name, numbers[name]) for name in self.scene.breaks), key=lambda point: point[1])
+        )
+
+    @cached_property
+    def unbonded(self) -> float:  # type: ignore[override]
+        """Length from the tip that was never glued."""
+        return self.scene.numbers.get("unbonded", 0.0)
+
+    @cached_property
+    def tip_force(self) -> tuple[float, float]:  # type: ignore[override]
+        """Along x and y."""
+        tip = self.scene.tip
+        if isinstance(tip, Free) or not isinstance(tip, TipLoad):
+            return 0.0, 0.0
+        x, y = tip.pull(self.scene.numbers)
+        return float(x), float(y)
+
+    @cached_property
+    def moment(self) -> float:  # type: ignore[override]
+        """Of the tip, anticlockwise."""
+        return self.scene.numbers.get("moment", 0.0)
+
+    @cached_property
+    def natural_curvature(self) -> float:  # type: ignore[override]
+        """Of the rod."""
+        return self.scene.numbers.get("natural_curvature", 0.0)
+
+    def at(
+        self,
+        pressure: float,
+        theta: np.ndarray,
+        x: np.ndarray,
+        y: np.ndarray,
+        s: np.ndarray,
+        sbar: np.ndarray,
+        past: Past = frozenset(),
+    ) -> Acted:
+        """Return the forces at places, and all that they change by."""
+        places = np.stack([np.broadcast_to(part, theta.shape).ravel() for part in (theta, x, y, s, sbar)])
+        found = self._compiled(past)(places, pressure).full().reshape(6, 2, *theta.shape)
+        return Acted(found[0], found[1], found[2:])
+
+    def _compiled(self, past: Past) -> ca.Function:
+        """Force, and its derivatives by theta, x, y, s and sbar, of one place or of a row of them."""
+        if past not in self._functions:
+            at, pressure = ca.SX.sym("at", 5), ca.SX.sym("pressure")
+            theta, x, y, s, sbar = ca.vertsplit(at)
+            place = Place(s, sbar, theta, x - sbar, y, slip=x - s, past=past)
+            numbers = {**self.scene.numbers, "pressure": pressure, "ratio": self.scene.rod.ratio}
+            push = self.scene.load(place, numbers)
+            sine, cosine = ca.sin(theta), ca.cos(theta)
+            force = ca.vertcat(
+                -push.normal * sine + push.tangential * cosine + push.x,
+                push.normal * cosine + push.tangential * sine + push.y,
+            )
+            both = ca.vertcat(force, ca.vec(ca.jacobian(force, at)))
+            self._functions[past] = ca.Function("acting", [at, pressure], [both])
+        return self._functions[past]
+
+    @cached_property
+    def _functions(self) -> dict[Past, ca.Function]:
+        return {}
+
+
+#: What acts in the paper's scene.
+PRESSURE_ALONE = Loads()
+
+
+def loads_on(subject: Rod | Scene) -> Loads:
+    """Return what acts on a rod or on that of a scene.
+
+    Raises
+    ------
+    InvalidInput
+        If a part of the scene is one whose motion is not computed.
+    """
+    if not isinstance(subject, Scene) or subject.is_plain:
+        return PRESSURE_ALONE
+    left_out = {
+        "a wall that is not flat": not subject.is_flat,
+        "a tip that rests on its wall, or the middle of a strip": not isinstance(subject.tip, TipLoad),
+        "a rod that stretches": subject.stretch is not None,
+        "a front with a line energy": bool(subject.line_energy),
+        "an elastic layer, or a bond that resists sliding": not isinstance(subject.bond, Opening),
+    }
+    if found := [name for name, here in left_out.items() if here]:
+        raise InvalidInput(
+            f"the motion of {', or of '.join(found)} is not computed.",
+            remedy="The rate at which it leaves an equilibrium is: po.growth_rate(eq).",
+        )
+    return SceneLoads(subject)
