@@ -17,16 +17,26 @@ from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..base.records import Schema, Stored, Table, array, entries
 from ..base.threads import one_thread
-from ..equilibria.ask import length_given_pressure
-from ..equilibria.question import known_law
-from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.rod import Rod, Units, require_rod
-from .departure import require_attached, stretched
+from ..model.bond import CohesiveLaw
+from ..model.rod import Rod, Units
+from ..model.scene import Scene
+from .departure import require_attached
 from .mesh import TURNS, carried, chain_of
 from .moments import LONGEST, begun
 from .rates import resistance
-from .run import PARTS, Setting, Track, Until, in_parts
-from .trajectory import BONDS, Happening, Ledger, TipPath, columns, lines, lived_through
+from .run import PARTS, Posture, Setting, Track, Until, in_parts
+from .subject import Subject, lengthened, subject_of
+from .trajectory import (
+    BONDS,
+    Happening,
+    Ledger,
+    TipPath,
+    columns,
+    lines,
+    lived_through,
+    moved_in,
+    of_a_scene,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,6 +76,8 @@ class History(Pictured, Stored):
     time_unit : str
     flags : tuple of str
         "damage close to T0": under damage the soft zone ahead of the front creeps; quote no length.
+    scene : Scene or str or None
+        What acts on the rod beside or in the place of a uniform pressure, as `Snap` has it.
     """
 
     rod: Rod
@@ -82,8 +94,9 @@ class History(Pictured, Stored):
     error: float
     time_unit: str
     flags: tuple[str, ...] = ()
+    scene: Scene | str | None = None
 
-    schema: ClassVar[Schema] = Schema("peel_opt history", 1)
+    schema: ClassVar[Schema] = Schema("peel_opt history", 2)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -129,7 +142,7 @@ class History(Pictured, Stored):
         names = ("law", "bond", "outcome", "error", "time_unit")
         own = {name: getattr(self, name) for name in names}
         told = {"events": [list(event) for event in self.events], "flags": list(self.flags)}
-        return {**own, **told, **Units.of(self.rod).rod(self.rod)}
+        return {**own, **told, **moved_in(self)}
 
     def _arrays(self) -> dict[str, np.ndarray]:
         return lines(self) | {"pressure": self.pressure}
@@ -150,7 +163,7 @@ class History(Pictured, Stored):
         flags = f", flags: {', '.join(self.flags)}" if self.flags else ""
         last = f"sbar = {self.front[-1]:.6g} {units.length} at p = {self.pressure[-1]:.6g} {units.pressure}"
         steps = f"{len(self)} steps, error {self.error:.1e}"
-        return f"History({self.bond} bond: {self.outcome}, {last}; {steps}{flags})"
+        return f"History({self.bond} bond{of_a_scene(self)}: {self.outcome}, {last}; {steps}{flags})"
 
 
 #: p/T0 above which damage creeps ahead of the front, and the flag that says so.
@@ -159,7 +172,7 @@ CREEPS, CREEPING = 0.95, "damage close to T0"
 
 @one_thread
 def history(
-    rod: Rod,
+    rod: Rod | Scene,
     *,
     pressure: Callable[[float], float] | tuple[Sequence[float], Sequence[float]],
     duration: float | None = None,
@@ -171,21 +184,23 @@ def history(
 ) -> History:
     """Follow a rod without mass while its pressure changes.
 
-    It begins 1 % longer than the unfolded state at the first pressure, and so with a snap.  A history is
+    It begins 1 % longer than the unfolded state at the first pressure, and so with a snap; in a scene in the
+    lifted state, where there is one: an edge without glue lies flat at p = 0.  A history is
     quasi-static where the pressure changes slowly beside c eta/T0: halve its rate to see.  A fold in pressure
     is passed with a delay of about the rate to the power 2/3.
 
     Parameters
     ----------
-    rod : Rod
+    rod : Rod or Scene
+        A scene of those that `snap` takes.
     pressure : callable or (times, pressures)
         p [Pa] as a function of time, or points that are joined by straight lines, numbers or with units.
-        Below T0 throughout.
+        Not negative, and throughout such that the attached rod bears it: a uniform one is below T0.
     duration : float, optional
         In the unit of time; needed with a function.
     bond : {"reversible", "damage", "no_rebond"}
     law : str or CohesiveLaw
-        As in `length_given_pressure`.
+        As in `length_given_pressure`; a scene has its own.
     drag : float, optional
         Force per area and speed [Pa s/m].  Without it times are in c eta/T0.
     rod_length : float, optional
@@ -200,11 +215,11 @@ def history(
     Raises
     ------
     InvalidInput
-        If the pressures cannot be meant.
+        If the pressures cannot be meant, or the motion of a scene is not computed.
     OutOfRange
-        If the pressure reaches T0 or falls below zero.
+        If the pressure reaches T0, with what else pulls on the attached rod, or falls below zero.
     NoEquilibrium
-        If the first pressure holds no unfolded state.
+        If the first pressure holds neither a lifted nor an unfolded state.
     NotConverged
         If the motion could not be carried on.
 
@@ -214,19 +229,22 @@ def history(
     >>> loop.outcome, round(float(loop.front[-1]), 1)
     ('not settled', 5.3)
     """
-    rod = require_rod(rod)
+    subject = subject_of(rod, law)
+    rod = subject.rod
     if bond not in BONDS:
         raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
     _, c = resistance(rod, 0.0, drag)
     unit = c * rod.eta / rod.adhesion_strength
     in_seconds = drag is not None and not rod.dimensionless
-    load, end = _ramp(rod, pressure, duration, unit, "s" if in_seconds else "")
-    start = length_given_pressure(rod, load(0.0) * rod.adhesion_strength, law=law)
+    given, looks = _ramp(rod, pressure, duration, unit, "s" if in_seconds else "")
+    posture, end = _begun(subject, given(0.0)), float(looks[-1])
+    load = _borne(subject, given, float(posture.s[-1]))
+    for t in looks:
+        load(float(t))
     longest = math.inf
     if rod_length is not None:
         longest = rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
-    setting = Setting(rod.ratio, known_law(law) or COHESIVE, load(0.0), 0.0, 1.0, bond, longest)
-    posture = stretched(start, OPENED * start.length_ratio)
+    setting = Setting(rod.ratio, subject.bond_law, load(0.0), 0.0, 1.0, bond, longest, subject.loads)
     require_attached(posture, setting)
     until = Until(end, contact=False, arrest=False)
     runs = []
@@ -236,13 +254,25 @@ def history(
             at, longest_step = begun(chain, posture, longest), min(LONGEST, end / STEPS)
             run = carried(chain, at, load, until, turn=turn, length=longest, longest=longest_step, told=told)
             runs.append(run.track)
-    return _in_units(rod, setting, load, runs, unit, drag)
+    return _in_units(subject, setting, load, runs, unit, drag)
+
+
+def _begun(subject: Subject, P: float) -> Posture:
+    """Return where a history begins at p/T0: in the lifted state, else 1 % beyond where a snap begins."""
+    pressure = subject.rod.pressure(P)
+    if (lifted := subject.lifted(pressure)) is not None:
+        return lifted
+    start = subject.unstable(pressure)
+    return start.posture if start.state is None else lengthened(start.posture, OPENED * start.posture.s[-1])
 
 
 def _ramp(
     rod: Rod, pressure: object, duration: float | None, unit: float, named: str
-) -> tuple[Callable[[float], float], float]:
-    """Return p/T0 as a function of time over its unit, whose name it may have, and when the history ends."""
+) -> tuple[Callable[[float], float], np.ndarray]:
+    """Return p/T0 as a function of time over its unit, whose name it may have, and times to look at it.
+
+    The last of these is the end of the history.
+    """
     T0, pressures_in = rod.adhesion_strength, "" if rod.dimensionless else "Pa"
     if callable(pressure):
         if duration is None:
@@ -250,37 +280,45 @@ def _ramp(
         end, given = positive("duration", duration, named) / unit, pressure
 
         def load(t: float) -> float:
-            return _below_T0(finite("pressure", given(t * unit), pressures_in) / T0)
+            return finite("pressure", given(t * unit), pressures_in) / T0
 
-        for t in np.linspace(0.0, end, STEPS + 1):
-            load(float(t))
-    else:
-        if not isinstance(pressure, Sequence) or len(pressure) != 2 or duration is not None:
-            raise InvalidInput("pressure must be a function with a duration, or (times, pressures).")
-        try:
-            times, pressures = (
-                floats("times", pressure[0], named),
-                floats("pressures", pressure[1], pressures_in),
-            )
-        except (TypeError, ValueError) as error:
-            raise InvalidInput(f"times and pressures of a history must be numbers: {error}.") from error
-        if (
-            times.ndim != 1
-            or times.shape != pressures.shape
-            or len(times) < 2
-            or times[0] != 0.0
-            or not np.all(np.diff(times) > 0.0)
-            or not math.isfinite(times[-1])
-        ):
-            raise InvalidInput("times of a history must begin at 0 and increase, with a pressure for each.")
-        end = float(times[-1]) / unit
-        for pressure_then in pressures:
-            _below_T0(finite("pressure", pressure_then) / T0)
+        return load, np.linspace(0.0, end, STEPS + 1)
+    if not isinstance(pressure, Sequence) or len(pressure) != 2 or duration is not None:
+        raise InvalidInput("pressure must be a function with a duration, or (times, pressures).")
+    try:
+        times, pressures = (
+            floats("times", pressure[0], named),
+            floats("pressures", pressure[1], pressures_in),
+        )
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"times and pressures of a history must be numbers: {error}.") from error
+    if (
+        times.ndim != 1
+        or times.shape != pressures.shape
+        or len(times) < 2
+        or times[0] != 0.0
+        or not np.all(np.diff(times) > 0.0)
+        or not math.isfinite(times[-1])
+    ):
+        raise InvalidInput("times of a history must begin at 0 and increase, with a pressure for each.")
+    for pressure_then in pressures:
+        finite("pressure", pressure_then)
+    return lambda t: float(np.interp(t * unit, times, pressures)) / T0, times / unit
 
-        def load(t: float) -> float:
-            return float(np.interp(t * unit, times, pressures)) / T0
 
-    return load, end
+def _borne(subject: Subject, load: Callable[[float], float], sbar: float) -> Callable[[float], float]:
+    """Return a load that raises where a history cannot have it, with the front at ``sbar`` at first."""
+
+    def borne(t: float) -> float:
+        P = load(t)
+        if subject.scene is None:
+            return _below_T0(P)
+        if P < 0.0:
+            raise OutOfRange(f"the pressures of a history are not negative, got p/T0 = {P:.4g}.")
+        subject.require_holds(subject.rod.pressure(P), sbar)
+        return P
+
+    return borne
 
 
 def _below_T0(P: float) -> float:
@@ -294,7 +332,7 @@ def _below_T0(P: float) -> float:
 
 
 def _in_units(
-    rod: Rod,
+    subject: Subject,
     setting: Setting,
     load: Callable[[float], float],
     runs: list[Track],
@@ -306,8 +344,12 @@ def _in_units(
     times = np.union1d(coarse.t, fine.t)  # one that has ended keeps its last front
     apart = np.interp(times, coarse.t, coarse.front) - np.interp(times, fine.t, fine.front)
     error = float(np.abs(apart).max())
+    rod = subject.rod
     eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
     P = np.array([load(t) for t in fine.t])
+    if subject.scene is not None:  # a load may grow along the rod
+        for pressure, front in zip(P * rod.adhesion_strength, fine.front, strict=True):
+            subject.require_holds(pressure, float(front))
     creeps = setting.bond == "damage" and float(P.max()) > CREEPS
     own = "c eta/T0" if drag is None else "tau" if rod.dimensionless else "s"
     return History(
@@ -327,4 +369,5 @@ def _in_units(
         error=error,
         time_unit=own,
         flags=(CREEPING,) if creeps else (),
+        scene=subject.scene,
     )

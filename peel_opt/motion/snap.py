@@ -17,19 +17,19 @@ from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..base.threads import one_thread
 from ..equilibria.ask import length_given_pressure
-from ..equilibria.question import known_law
 from ..equilibria.result import Equilibrium
-from ..equilibria.scenes import plain_law
-from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.rod import Rod, Units, require_rod
+from ..model.bond import CohesiveLaw
+from ..model.rod import Rod, Units
 from ..model.scene import Scene
+from .acting import loads_on
 from .departure import departure, require_attached, stretched
 from .follow import beyond_contact
 from .mesh import run_on_mesh
 from .rates import resistance
 from .run import PARTS, Posture, Setting, Told, Track, Until, in_parts
+from .subject import Subject, lengthened, subject_of
 from .tracking import MESHES, track
-from .trajectory import BONDS, Happening, Ledger, Snap, TipPath
+from .trajectory import BONDS, SCENE_RESTS, Happening, Ledger, Snap, TipPath, rest_of_scene
 
 #: Longest run, over the unit of time, of a rod that is followed until it rests.
 LONGEST = 3000.0
@@ -66,8 +66,9 @@ def snap(
 ) -> Snap:
     """Follow a rod from the moment it lets go to where it comes to rest.
 
-    The pressure is held.  Up to contact the front is tracked; from there on, for bonds that do not heal, and
-    where the front is lost or takes too many steps, a fixed mesh takes over, which knows some four digits.
+    The pressure is held, and all else that acts in a scene.  Up to contact the front is tracked; from there
+    on, for bonds that do not heal, and where the front is lost or takes too many steps, a fixed mesh takes
+    over, which knows some four digits.
 
     Without ``flaw`` and ``start`` the motion begins just off the unfolded state, which
     has one direction in which it grows: the snap along it is one orbit for a rod, a pressure and what
@@ -75,17 +76,21 @@ def snap(
     A tip that has landed slides into the state that just touches the plate, and is given a small lift there.
     A run that takes more steps than one may is "not settled", with "given up" as its last event.
 
+    In a scene a pressure above what holds an edge without glue leaves no unfolded state: the motion begins in
+    the state in which the edge snaps, let go at the higher pressure.
+
     Parameters
     ----------
     rod : Rod or Scene
-        A scene must be the paper's: a uniform pressure on a flat plate, under any vertical law.
+        A scene on a flat plate under a vertical law: with any loads, an edge without glue, a free or loaded
+        tip, a natural curvature.
     pressure : float
-        p [Pa], below T0.
+        p [Pa]; the attached rod must bear it, with what else pulls on it: a uniform one is below T0.
     flaw : float, optional
         Detached length [m] at the start, in the shape of the unfolded state; shorter than that state it
-        closes.  The bond along it heals if the rod lies down.
+        closes, or settles in the lifted state of its scene.  The bond along it heals if the rod lies down.
     start : Equilibrium, optional
-        The state it is in before; one of another pressure is let go as it is.
+        The state it is in before; one of another pressure or of another scene is let go as it is.
     mass : float
         Per area [kg/m^2].
     drag : float, optional
@@ -94,7 +99,7 @@ def snap(
     bond : {"reversible", "damage", "no_rebond"}
         What a bond does on the way back.  One that does not heal begins 1 % longer than the unfolded state.
     law : str or CohesiveLaw
-        As in `length_given_pressure`.
+        As in `length_given_pressure`; a scene has its own.
     until : {"arrest", "contact"}, float or str
         When to stop: at rest, at the first touch of the plate, or at a time.
     rod_length : float, optional
@@ -109,13 +114,13 @@ def snap(
     Raises
     ------
     InvalidInput
-        If an argument cannot be meant: a negative drag, mass and drag both zero, another scene, a rod that
-        is no longer than what is detached at the start.
+        If an argument cannot be meant: a negative drag, mass and drag both zero, a scene whose motion is not
+        computed, a rod that is no longer than what is detached at the start.
     OutOfRange
         From T0 on, where nothing attached is in equilibrium; and where a rod with mass comes down on the
         plate and the motion goes on: the `Snap` up to there is among the ``candidates`` of the error.
     NoEquilibrium
-        If the pressure holds no unfolded state to begin with.
+        If the pressure holds no unfolded state to begin with; an edge without glue may grow stably.
     NotConverged
         If the motion could not be carried on.
 
@@ -132,9 +137,9 @@ def snap(
     with _telling(growth, limit, progress) as told:
         fine, error, time_error = _run(asked.setting, posture, limit, told)
     found = _in_units(asked, fine, growth, error, time_error)
-    if fine.outcome == "folded" and bond == "reversible":
+    if found.outcome in SCENE_RESTS and bond == "reversible":
         if error < MESHED:
-            _require_folded(asked, fine, max(APART, 2.0 * error))
+            found = _resting(asked, found, max(APART, 2.0 * error))
         elif found.arrest is None:  # close to T0 the mesh cannot tell what is slow from what is at rest
             found = replace(found, outcome="not settled")
     if fine.outcome == "contact" and until != "contact":
@@ -152,13 +157,17 @@ def snap(
 class _Asked:
     """What was asked, and how it is posed for a run; ``unit`` is the unit of time."""
 
-    rod: Rod
-    law: str | CohesiveLaw
+    subject: Subject
     pressure: float
     mass: float
     drag: float | None
     unit: float
     setting: Setting
+
+    @property
+    def rod(self) -> Rod:
+        """The rod that moves."""
+        return self.subject.rod
 
 
 def _asked(
@@ -171,37 +180,31 @@ def _asked(
     rod_length: float | None,
 ) -> _Asked:
     """Check what was asked and put it in units of eta, T0 and the time of the run."""
-    rod = subject.rod if isinstance(subject, Scene) else require_rod(subject)
-    if isinstance(subject, Scene):
-        if not subject.is_plain:
-            raise InvalidInput(
-                "motions are computed in the paper's scene only: a uniform pressure on a flat plate.",
-                remedy="Its growth rate is known in every scene: po.growth_rate(eq).",
-            )
-        law = plain_law(subject)
+    what = subject_of(subject, law)
+    rod = what.rod
     if bond not in BONDS:
         raise InvalidInput(f"unknown bond {bond!r}.", remedy=f"Choose one of {', '.join(BONDS)}.")
     pressure = finite("pressure", pressure, "" if rod.dimensionless else "Pa")
-    P = rod.pressure_ratio(pressure)
-    if P >= 1.0:
-        raise OutOfRange(
-            f"p/T0 = {P:.6g}: from T0 on the bond fails everywhere at once, and no front runs that is local.",
-            remedy="Ask for a pressure just below T0, from a flaw a little longer than the unfolded state.",
-        )
     rho, c = resistance(rod, mass, drag)
     scale = rod.eta / rod.adhesion_strength
     unit = math.sqrt(rho * scale) if rho else c * scale
-    known = known_law(law) or COHESIVE
     length = (
         math.inf
         if rod_length is None
         else rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
     )
     setting = Setting(
-        rod.ratio, known, P, 1.0 if rho else 0.0, c * scale / unit if rho else 1.0, bond, length
+        rod.ratio,
+        what.bond_law,
+        rod.pressure_ratio(pressure),
+        1.0 if rho else 0.0,
+        c * scale / unit if rho else 1.0,
+        bond,
+        length,
+        what.loads,
     )
     given = None if drag is None and not rod.dimensionless else c
-    return _Asked(rod, law, pressure, rho, given, unit, setting)
+    return _Asked(what, pressure, rho, given, unit, setting)
 
 
 def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tuple[Posture, float]:
@@ -209,19 +212,46 @@ def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tupl
     if flaw is not None and start is not None:
         raise InvalidInput("a motion begins at a flaw or at a state, not at both.")
     if start is not None:
-        if not isinstance(start, Equilibrium) or start.rod != asked.rod:
-            raise InvalidInput(f"start must be an Equilibrium of this rod, got {start!r:.60}.")
-        if start.pressure_ratio != asked.setting.pressure:
+        _require_state_of(asked.rod, start)
+        asked.subject.require_holds(asked.pressure, start.length_ratio)
+        if start.pressure_ratio != asked.setting.pressure or start.scene != asked.subject.scene:
             return stretched(start, start.length_ratio), math.nan
         left = departure(asked.setting, start)
         return left.posture, left.growth
-    unfolded = length_given_pressure(asked.rod, asked.pressure, law=asked.law)
+    begin = asked.subject.unstable(asked.pressure)
     if flaw is not None:
-        return stretched(unfolded, asked.rod.length_ratio(flaw)), math.nan
+        return lengthened(begin.posture, _length_of(asked, flaw)), math.nan
+    if begin.state is None:
+        return begin.posture, math.nan
     if asked.setting.bond != "reversible":
-        return stretched(unfolded, OPENED * unfolded.length_ratio), math.nan
-    left = departure(asked.setting, unfolded)
+        return lengthened(begin.posture, OPENED * begin.state.length_ratio), math.nan
+    left = departure(asked.setting, begin.state)
     return left.posture, left.growth
+
+
+def _require_state_of(rod: Rod, start: object) -> None:
+    """Raise unless something is a state of a rod that may be let go."""
+    if not isinstance(start, Equilibrium) or start.rod != rod:
+        raise InvalidInput(f"start must be an Equilibrium of this rod, got {start!r:.60}.")
+    if isinstance(start.scene, str):
+        raise InvalidInput(
+            "start is a state of a scene of which a file has the words alone.", remedy="Solve for it again."
+        )
+    if start.scene is not None:
+        loads_on(start.scene)
+
+
+def _length_of(asked: _Asked, flaw: float) -> float:
+    """Return a detached length over eta, which an edge without glue is a part of."""
+    length, bare = asked.rod.length_ratio(flaw), asked.setting.loads.unbonded
+    if length < bare:
+        units = Units.of(asked.rod)
+        raise InvalidInput(
+            f"flaw = {flaw:.6g} {units.length} is shorter than the edge that was never glued,"
+            f" {asked.rod.length(bare):.6g} {units.length}, which is detached with it.",
+            remedy="flaw is a detached length at the start.",
+        )
+    return length
 
 
 def _until(until: str | float, asked: _Asked) -> Until:
@@ -367,16 +397,28 @@ def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error
         outcome=run.outcome,
         error=error,
         time_error=time_error * unit,
+        scene=asked.subject.scene,
     )
 
 
-def _require_folded(asked: _Asked, run: Track, apart: float) -> None:
-    """Raise unless a rod at rest is, within that over eta, the folded equilibrium that is known otherwise."""
-    known = length_given_pressure(
-        asked.rod, asked.pressure, law=asked.law, state="folded", near=asked.rod.length(float(run.front[-1]))
-    )
-    if abs(known.length_ratio - run.front[-1]) > apart:
+def _resting(asked: _Asked, found: Snap, apart: float) -> Snap:
+    """Return a motion that came to rest, called as the equilibrium that is known otherwise to be there.
+
+    Raises
+    ------
+    NotConverged
+        If none is within ``apart``, over eta.
+    """
+    length, subject = float(found.front[-1]), asked.subject
+    if subject.scene is not None:
+        known = rest_of_scene(subject.scene, asked.pressure, length)
+        found = replace(found, outcome="folded" if known.state == "folded" else "standing")
+    else:
+        known = length_given_pressure(asked.rod, asked.pressure, law=subject.law, state="folded", near=length)
+    front = asked.rod.length_ratio(length)
+    if abs(known.length_ratio - front) > apart:
         raise NotConverged(
-            f"the rod came to rest at sbar/eta = {run.front[-1]:.8g}, where no equilibrium is: the nearest"
-            f" has {known.length_ratio:.8g}."
+            f"the rod came to rest at sbar/eta = {front:.8g}, where no equilibrium is: the nearest has"
+            f" {known.length_ratio:.8g}."
         )
+    return found

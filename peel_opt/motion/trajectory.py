@@ -19,10 +19,13 @@ from ..base.progress import Progress
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..equilibria.ask import length_given_pressure
 from ..equilibria.result import Equilibrium
+from ..equilibria.scenes import solve
+from ..equilibria.storage import scene_from, scene_head
 from ..equilibria.tip_on_plate import flat_fold, touching
 from ..model.bond import CohesiveLaw
 from ..model.named_laws import law_named
 from ..model.rod import Rod, Units, rod_from
+from ..model.scene import Scene
 
 #: What a bond does when a point that was open comes back: heals, heals as far as it was not damaged, or
 #: heals unless it was fully open.
@@ -31,6 +34,7 @@ BONDS = ("reversible", "damage", "no_rebond")
 #: How a motion may end, and what that means.
 OUTCOMES = {
     "folded": "the rod comes to rest in its folded equilibrium",
+    "standing": "the rod comes to rest in a stable equilibrium that is not folded: lifted, or held upright",
     "touching": "the rod comes to rest with its tip just touching the plate",
     "flapping": "the tip goes up and down over and over, as a rule down to the plate",
     "flat fold": "the rod comes to rest in a loop with the rest of it lying upside down on the plate",
@@ -59,6 +63,15 @@ RESTS: dict[str, Callable[[Rod, float, CohesiveLaw], Equilibrium]] = {
     "touching": lambda rod, pressure, law: touching(rod, pressure, law=law),
     "flat fold": lambda rod, pressure, law: flat_fold(rod, pressure, law=law),
 }
+
+
+#: Those of a scene.
+SCENE_RESTS = ("folded", "standing")
+
+
+def rest_of_scene(scene: Scene, pressure: float, length: float) -> Equilibrium:
+    """Return the equilibrium of a scene at a pressure [Pa] whose detached length [m] is nearest to one."""
+    return solve(scene, free="length", pressure=pressure, near=length)
 
 
 class TipPath(NamedTuple):
@@ -150,6 +163,9 @@ class Snap(Pictured, Stored):
         Largest error of front and tip over eta, at one tip angle, from a second resolution.
     time_error : float
         That of the times between events, in `time_unit`.
+    scene : Scene or str or None
+        What acts on the rod, if that is not the paper's uniform pressure; in words where it was read from a
+        file and has parts or functions of the reader's own, which no file holds.
     """
 
     rod: Rod
@@ -172,8 +188,9 @@ class Snap(Pictured, Stored):
     outcome: str
     error: float
     time_error: float
+    scene: Scene | str | None = None
 
-    schema: ClassVar[Schema] = Schema("peel_opt snap", 1)
+    schema: ClassVar[Schema] = Schema("peel_opt snap", 2)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -205,19 +222,29 @@ class Snap(Pictured, Stored):
     def arrest(self) -> Equilibrium | None:
         """The certified equilibrium that it came to rest in; None where it is none of those that are known.
 
-        A motion with a bond that does not heal may stop at a length that no equilibrium has for itself.
+        A motion with a bond that does not heal may stop at a length that no equilibrium has for itself.  Of
+        a scene those are known that are folded or stand, not those with the tip on the plate.
         """
-        law = law_named(self.law)
-        if law is None or self.outcome not in RESTS:
-            return None
         try:
-            found = RESTS[self.outcome](self.rod, self.pressure, law)
+            found = self._rest()
         except PeelOptError:
+            return None
+        if found is None:
             return None
         apart = abs(found.length - self.front[-1]) / self.rod.eta
         if self.outcome == "flat fold":  # whose tail is not a part of the equilibrium
             apart = abs(self.tip.angle[-1] - found.tip_angle)
         return found if apart < max(2.0 * self.error, NEAR) else None
+
+    def _rest(self) -> Equilibrium | None:
+        """Return the equilibrium of its outcome, wherever that is."""
+        if isinstance(self.scene, Scene):
+            known = self.outcome in SCENE_RESTS
+            return rest_of_scene(self.scene, self.pressure, float(self.front[-1])) if known else None
+        law = None if self.scene is not None else law_named(self.law)
+        if law is None or self.outcome not in RESTS:
+            return None
+        return RESTS[self.outcome](self.rod, self.pressure, law)
 
     def event(self, kind: str) -> Happening:
         """Return the first moment of a kind.
@@ -306,7 +333,7 @@ class Snap(Pictured, Stored):
         names = ("law", "bond", "pressure", "mass", "drag", "growth_rate", "outcome", "error", "time_error")
         events = [list(event) for event in self.events]
         own = {name: getattr(self, name) for name in names}
-        return {**own, "events": events, **Units.of(self.rod).rod(self.rod)}
+        return {**own, "events": events, **moved_in(self)}
 
     def _arrays(self) -> dict[str, np.ndarray]:
         return lines(self) | {name: getattr(self, name) for name in (*SHAPES, "fraction")}
@@ -326,8 +353,9 @@ class Snap(Pictured, Stored):
     def __repr__(self) -> str:
         units = Units.of(self.rod)
         return (
-            f"Snap at {self.pressure:.6g} {units.pressure}, {self.bond} bond: {self.outcome} after"
-            f" {self.t[-1] - self.t[0]:.6g} {self.time_unit}, sbar = {self.front[-1]:.6g} {units.length};"
+            f"Snap{of_a_scene(self)} at {self.pressure:.6g} {units.pressure}, {self.bond} bond:"
+            f" {self.outcome} after {self.t[-1] - self.t[0]:.6g} {self.time_unit},"
+            f" sbar = {self.front[-1]:.6g} {units.length};"
             f" {len(self)} steps, error {self.error:.1e}, certificate {np.abs(self.certificate).max():.1e}"
         )
 
@@ -347,6 +375,10 @@ class Lived(Protocol):
     @property
     def rod(self) -> Rod:
         """The rod that moves."""
+
+    @property
+    def scene(self) -> Scene | str | None:
+        """What acts on it."""
 
     @property
     def t(self) -> np.ndarray:
@@ -371,6 +403,17 @@ class Lived(Protocol):
     @property
     def time_unit(self) -> str:
         """What times are in."""
+
+
+def moved_in(lived: Lived) -> dict[str, Any]:
+    """Return the rod that moves and what acts on it, as the head of a file holds them."""
+    scene = {} if lived.scene is None else scene_head(lived.scene)
+    return Units.of(lived.rod).rod(lived.rod) | scene
+
+
+def of_a_scene(lived: Lived) -> str:
+    """Return what is said of a rod on which something acts that is not in the paper."""
+    return "" if lived.scene is None else " of a scene"
 
 
 def lines(lived: Lived) -> dict[str, np.ndarray]:
@@ -409,7 +452,8 @@ def lived_through(head: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[s
     tip = TipPath(*(array(arrays, name, "f", many) for name in TIP))
     energy = Ledger(*(array(arrays, name, "f", many) for name in ENERGIES))
     events = tuple(_happening(row) for row in head["events"])
-    return {"rod": rod, "tip": tip, "energy": energy, "events": events, **own}
+    scene = scene_from(head, rod)  # which files of version 1 do not have
+    return {"rod": rod, "scene": scene, "tip": tip, "energy": energy, "events": events, **own}
 
 
 def _happening(row: Sequence[Any]) -> Happening:

@@ -107,6 +107,14 @@ def test_units_functions_and_files(tmp_path: Path) -> None:
         po.Snap.load(tmp_path / "history.npz")
 
 
+def test_files_hold_the_scene(damaged: po.History, tmp_path: Path) -> None:
+    scene = po.Scene(ROD, [po.Weight(0.05)], unbonded=1.0)
+    again = po.History.load(replace(damaged, scene=scene).save(tmp_path / "history.npz"))
+    assert again.scene == scene
+    assert "bond of a scene" in repr(again)
+    assert "bond of a scene" not in repr(damaged)
+
+
 def test_a_picture_shows_the_path_and_what_was_spent(damaged: po.History) -> None:
     branch = po.trace(ROD, points=20, tol=1e-6)
     path = damaged.plot(branch=branch)

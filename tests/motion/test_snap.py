@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.base.records import Schema
 from peel_opt.motion import snap as snapping
 from peel_opt.motion.run import PARTS, in_parts
 from peel_opt.motion.tracking import goes_round
@@ -250,6 +251,34 @@ def test_files_bring_it_back(overdamped: po.Snap, tmp_path: Path) -> None:
         assert np.array_equal(getattr(again, name), getattr(overdamped, name))
     assert np.array_equal(again.energy.work, overdamped.energy.work)
     assert "front [eta]" in overdamped.csv_text()
+
+
+@pytest.mark.parametrize(
+    ("profile", "kept"), [(po.profiles.mixed(0.3), True), (lambda at: 1.0 - 0.1 * at.xi, False)]
+)
+def test_files_hold_the_scene_or_its_words(
+    profile: Any, kept: bool, overdamped: po.Snap, tmp_path: Path
+) -> None:
+    scene = po.Scene(overdamped.rod, [po.Pressure(profile)], unbonded=1.0)
+    moved = replace(overdamped, scene=scene)
+    again = po.Snap.load(moved.save(tmp_path / "snap.npz"))
+    assert again.scene == scene if kept else str(again.scene).startswith("Scene(rod=")
+    assert repr(again) == repr(moved)
+    assert "Snap of a scene at" in repr(again)
+    assert "unbonded" in moved.csv_text().split("\nt [")[0]
+    if not kept:
+        assert again.arrest is None
+
+
+def test_files_without_a_scene_are_read_as_before(
+    overdamped: po.Snap, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(po.Snap, "schema", Schema("peel_opt snap", 1))
+        overdamped.save(tmp_path / "snap.npz")
+    again = po.Snap.load(tmp_path / "snap.npz")
+    assert again.scene is None
+    assert repr(again) == repr(overdamped)
 
 
 def test_shapes_between_steps(overdamped: po.Snap) -> None:
