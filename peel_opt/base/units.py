@@ -260,7 +260,7 @@ def display(value: float, unit: str, digits: int = 6, shown: ShownUnits | None =
     return f"{number} {_PREFIXES.get(power, '')}{unit}"
 
 
-def display_with_error(value: float, error: float, unit: str, digits: int = 6) -> str:
+def display_with_error(value: float, error: float, unit: str) -> str:
     """Write an SI value and its error in the same unit: 1.79810 mm ± 2e-09 mm.
 
     Examples
@@ -268,7 +268,7 @@ def display_with_error(value: float, error: float, unit: str, digits: int = 6) -
     >>> display_with_error(6e4, 3e-7, "Pa")
     '60.0000 kPa ± 3e-10 kPa'
     """
-    number, power = _engineering(value, digits)
+    number, power = _engineering(value, 6)
     full = f"{_PREFIXES.get(power, '')}{unit}"
     return f"{number} {full} ± {error / 10.0**power:.0e} {full}"
 

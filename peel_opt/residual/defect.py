@@ -164,8 +164,3 @@ def _segment(
         raise NotConverged(f"the integration from the tip failed: {found.message}")
     passed = next((side for (_, side), t in zip(sides, found.t_events or (), strict=False) if t.size), 0)
     return float(found.t[-1]), found.y[:, -1], passed
-
-
-def with_pressure(scene: Scene, pressure_ratio: float) -> dict[str, float]:
-    """Return all numbers of a scene at p/T0."""
-    return {**scene.numbers, "ratio": scene.rod.ratio, "pressure": pressure_ratio}

@@ -114,11 +114,9 @@ def solve(
     return _run(problem, start, given, options or Ipopt(), minimise=False)
 
 
-def minimise_lambda(
-    problem: Discretisation, start: np.ndarray, given: Closure, options: Ipopt | None = None
-) -> NlpSolution:
+def minimise_lambda(problem: Discretisation, start: np.ndarray, given: Closure) -> NlpSolution:
     """Find the least lambda with a detached equilibrium under one closure: a fold."""
-    return _run(problem, start, (given,), options or Ipopt(max_iterations=200), minimise=True)
+    return _run(problem, start, (given,), Ipopt(max_iterations=200), minimise=True)
 
 
 @heard

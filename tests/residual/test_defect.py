@@ -11,14 +11,15 @@ from typing import Any
 import pytest
 
 from peel_opt.model.place import Place
-from peel_opt.residual.defect import March, Tip, march, with_pressure
+from peel_opt.residual.defect import March, Tip, march
 
 from ..scene_states import pressure_of, rods, scene_of, title
 
 
 def _marched(state: dict[str, Any], **moved: float) -> March:
     scene, v = scene_of(state), state["values"]
-    q = with_pressure(scene, pressure_of(state)) | {"reaction": v.get("F_contact", 0.0)}
+    q = {**scene.numbers, "ratio": scene.rod.ratio, "pressure": pressure_of(state)}
+    q |= {"reaction": v.get("F_contact", 0.0)}
     at = Place(0.0, v["sbar"], v["theta_tip"], v["x_tip"], v["y_tip"], v["x_tip"] + v["sbar"])
     Nx, Ny = (float(n) for n in scene.tip_force(at, q))
     tip = Tip(at.theta, at.x, at.y, Nx, Ny, float(scene.tip_curvature(q)))

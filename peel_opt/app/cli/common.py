@@ -52,16 +52,12 @@ AddCommand = Callable[[str, str, Any], argparse.ArgumentParser]
 
 def rod_options(
     sub: argparse.ArgumentParser,
-    ways: str = "--k, --T0 and --y0, or --ratio, or --card",
+    ways: str = SHEETS,
     *,
     examples: tuple[str, str, str] = ("23 uN m", "140 kPa", "0.73 mm"),
     ratio: str = "eta/y0 alone; lengths are then in eta, pressures in T0",
-    sheet: bool = False,
 ) -> None:
-    """Add the ways to describe a rod; without words about it, none by its ratio.
-
-    ``sheet``: the stiffness may be that of a sheet, the bond may be known by its work of separation.
-    """
+    """Add the ways to describe a rod; without words about it, none by its ratio."""
     rod = sub.add_argument_group("rod", ways)
     named = zip(
         ("k", "T0", "y0"), ("bending stiffness", "adhesion strength", "adhesion range"), examples, strict=True
@@ -69,7 +65,7 @@ def rod_options(
     for flag, words, example in named:
         about = f"{words}, such as '{example}'".replace("%", "%%")
         rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
-    for flag, about in SHEET.items() if sheet else ():
+    for flag, about in SHEET.items():
         rod.add_argument(f"--{flag}", metavar="VALUE", help=about)
     if ratio:
         rod.add_argument("--ratio", metavar="VALUE", help=ratio)
@@ -140,7 +136,9 @@ def by_beta0(arguments: argparse.Namespace) -> bool:
 
 def rod_from(arguments: argparse.Namespace) -> Rod:
     """Return the rod that the options describe, in one of three ways; with nothing that acts on it."""
-    return _without_scene(subject_from(arguments), arguments.card)
+    subject = subject_from(arguments)
+    refuse_scene(subject, arguments.card)
+    return subject  # type: ignore[return-value]
 
 
 def subject_from(arguments: argparse.Namespace) -> Rod | Scene:
@@ -207,11 +205,6 @@ def _flags(names: set[str]) -> str:
     return " and ".join(f"--{name}" for name in ("E", "thickness", "nu") if name in names)
 
 
-def card_rod(path: str) -> Rod:
-    """Return the rod of a problem card that has nothing beside it."""
-    return _without_scene(card_subject(path), path)
-
-
 def refuse_scene(subject: object, path: str | None) -> None:
     """Raise where a card says what acts on its rod, which a command does not take."""
     from ...model.scene import Scene
@@ -222,11 +215,6 @@ def refuse_scene(subject: object, path: str | None) -> None:
             remedy="Ask about it with peel-opt run, pressure, length, solve, trace, hysteresis, sweep,"
             " uncertainty or tradeoff.",
         )
-
-
-def _without_scene(subject: Rod | Scene, path: str | None) -> Rod:
-    refuse_scene(subject, path)
-    return subject  # type: ignore[return-value]
 
 
 def card_subject(path: str) -> Rod | Scene:

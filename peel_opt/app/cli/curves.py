@@ -9,7 +9,6 @@ from ...base.errors import InvalidInput
 from .common import (
     FAILED,
     OK,
-    SHEETS,
     AddCommand,
     answer_options,
     by_beta0,
@@ -41,7 +40,7 @@ def add_commands(command: AddCommand) -> None:
     trace.add_argument(
         "--lam", nargs=2, type=float, metavar=("LO", "HI"), help="window of lambda (with --beta0)"
     )
-    rod_options(trace, SHEETS, sheet=True)
+    rod_options(trace)
     trace.add_argument("--mode", type=int, default=1, help="2, 3, ... for the branches from (mode pi)^4")
     trace.add_argument("--points", type=int, metavar="N", help="least number of points (128)")
     answer_options(trace, "law", tol="largest error of a point (1e-10)")
@@ -50,7 +49,7 @@ def add_commands(command: AddCommand) -> None:
     loop = command("hysteresis", "what a rod does when the load is swept up and back down", _hysteresis)
     loop.add_argument("--beta0", type=float, metavar="B", help="sweep lambda at this beta0, not a rod's p")
     loop.add_argument("--lam", nargs=2, type=float, metavar=("LO", "HI"), help="what is swept (with --beta0)")
-    rod_options(loop, SHEETS, sheet=True)
+    rod_options(loop)
     loop.add_argument("--convention", choices=("delay", "maxwell"), help="when a state is given up (delay)")
     loop.add_argument("--form", choices=FORMS, help="solve for the states, or read them off a normal form")
     loop.add_argument("--points", type=int, metavar="N", help="values of the swept number each way (41)")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InvalidInput
 from .common import (
     OK,
-    SHEETS,
     AddCommand,
     chosen,
     law_option,
@@ -34,7 +33,7 @@ def add_commands(command: AddCommand) -> None:
     flaw.add_argument("--pressure", metavar="P", help="asks for the critical flaw; such as '60 kPa'")
     flaw.add_argument("--flaw", metavar="L", help="length without glue: its safe pressure; such as '0.5 mm'")
     flaw.add_argument("--chart", action="store_true", help="of many lengths, also without --out")
-    rod_options(flaw, SHEETS, sheet=True)
+    rod_options(flaw)
     law_option(flaw)
     units_option(flaw)
     output_options(flaw, "how the edge opens, and a chart of safe pressures,")

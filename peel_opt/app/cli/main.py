@@ -23,7 +23,6 @@ from .common import (
     FAILED,
     INTERRUPTED,
     OK,
-    SHEETS,
     WRONG_INPUT,
     answer_options,
     chosen,
@@ -287,7 +286,7 @@ def _parser() -> argparse.ArgumentParser:
         sub = command(asked, text, _ask)
         sub.set_defaults(asks=(given, "law", "state", "near", "tol", "method"))
         sub.add_argument(f"--{given}", required=True, metavar="VALUE", help=f"such as '{example}'")
-        rod_options(sub, SHEETS, sheet=True)
+        rod_options(sub)
         sub.add_argument("--near", metavar="VALUE", help=f"pick the state with the nearest {asked}")
         answer_options(sub, "law", "state", "method")
         units_option(sub)
@@ -297,7 +296,7 @@ def _parser() -> argparse.ArgumentParser:
     solve.add_argument("--free", required=True, metavar="NAME", help="such as force, weight or length")
     for given in ("pressure", "length"):
         solve.add_argument(f"--{given}", metavar="VALUE", help="what is given; without a pressure, none")
-    rod_options(solve, SHEETS, sheet=True)
+    rod_options(solve)
     solve.add_argument("--near", metavar="VALUE", help="pick the state in which it is nearest to this")
     answer_options(solve, "state")
     units_option(solve)

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from ...base.errors import InvalidInput
-from .common import OK, SHEETS, AddCommand, output_options, rod_options, say, say_written, subject_from
+from .common import OK, AddCommand, output_options, rod_options, say, say_written, subject_from
 from .files import named, out_files
 
 
@@ -22,7 +22,7 @@ def add_commands(command: AddCommand) -> None:
     snap.add_argument("--until", metavar="WHEN", help="arrest, contact or a time such as '5 ms' (arrest)")
     snap.add_argument("--rod-length", metavar="L", help="of the whole rod (long enough)")
     snap.add_argument("--film", action="store_true", help="also write a film under --out")
-    rod_options(snap, SHEETS, sheet=True)
+    rod_options(snap)
     output_options(snap, "NPZ, CSV and a picture")
     history = command("history", "what a rod does under the pressure of a card as it changes", _history)
     history.add_argument("card", metavar="CARD", help="a problem card with a [history]")

@@ -36,7 +36,7 @@ def add_commands(command: AddCommand) -> None:
     )
     peel.add_argument("--angle", metavar="PHI", required=True, help="of the peel, such as '180 deg'")
     peel.add_argument("--arm", metavar="L", help="length that was never glued, where a peel begins (0)")
-    rod_options(peel, f"--work alone for its force; where a peel begins needs {SHEETS}", sheet=True)
+    rod_options(peel, f"--work alone for its force; where a peel begins needs {SHEETS}")
     law_option(peel)
     units_option(peel)
     output_options(peel, "the state in which the peel begins (NPZ, CSV and a picture)")

@@ -11,7 +11,6 @@ from ...base.errors import InvalidInput, PeelOptError
 from .common import (
     FAILED,
     OK,
-    SHEETS,
     AddCommand,
     by_beta0,
     chosen,
@@ -38,7 +37,7 @@ def add_commands(command: AddCommand) -> None:
     second = sub.add_mutually_exclusive_group()
     second.add_argument("--lam", type=float, metavar="L", help="lambda = beta1 - pi^4 (with --beta0)")
     second.add_argument("--beta1", type=float, metavar="B", help="beta1 itself (with --beta0)")
-    rod_options(sub, SHEETS, sheet=True)
+    rod_options(sub)
     given = sub.add_mutually_exclusive_group()
     given.add_argument("--length", metavar="VALUE", help="a rod's detached length, such as '1.9 mm'")
     given.add_argument("--pressure", metavar="VALUE", help="the pressure on it, such as '60 kPa'")

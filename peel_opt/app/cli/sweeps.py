@@ -65,7 +65,6 @@ def _add_sweep(command: AddCommand) -> None:
         f"{SHEETS}, and what differs from a card",
         examples=("23 uN m", "100:200 kPa:11", "0.73 mm"),
         ratio="eta/y0 alone, with --pressure-ratio or --length-ratio",
-        sheet=True,
     )
     asked = sub.add_argument_group("question", "one of")
     for name, example, ratio, ratios in (
@@ -113,7 +112,6 @@ def _add_uncertainty(command: AddCommand) -> None:
         f"{SHEETS}; spreads alone with --card",
         examples=("23 uN m +- 10 %", "140 kPa +- 5 %", "0.7 mm .. 0.8 mm"),
         ratio="",
-        sheet=True,
     )
     sub.add_argument(
         "--spread",

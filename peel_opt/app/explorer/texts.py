@@ -69,9 +69,9 @@ def _time(seconds: float) -> str:
     return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.1f} ms"
 
 
-def wrapped(text: str, width: int = 40) -> str:
+def wrapped(text: str) -> str:
     """Return a text in lines that fit into a panel."""
-    return "\n".join(textwrap.wrap(text, width))
+    return "\n".join(textwrap.wrap(text, 40))
 
 
 def notes(screen: Screen, messages: tuple[str, ...]) -> str:
