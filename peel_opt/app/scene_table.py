@@ -18,7 +18,7 @@ from ..base.units import ANGLE, KINDS, NUMBER, Kind
 from ..model import profiles
 from ..model.blister import Blister
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.dimension import DOMAINS, Dimension, Parametrised
+from ..model.dimension import DOMAINS, Dimension, ScenePart
 from ..model.layer import ElasticLayer
 from ..model.loads import Drag, Load, Pressure, SkinFriction, Weight
 from ..model.mixed_bonds import Bond, EffectiveOpening, ShearSprings
@@ -42,7 +42,7 @@ BONDS = {"opening": "", "effective opening": "zeta", "shear springs": "shear_sti
 BONDS |= {"elastic layer": "layer_stiffness"}
 
 #: One of each part, whose numbers are the keys of the table.
-_PARTS: tuple[Parametrised, ...] = (
+_PARTS: tuple[ScenePart, ...] = (
     Pressure(dead=0.5, until=1.0),
     *(Pressure(p) for p in (profiles.Linear(0.0), profiles.Exponential(1.0), profiles.Mixed(0.0))),
     Pressure(profiles.Height(1.0)),

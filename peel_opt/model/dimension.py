@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -47,22 +47,29 @@ class Dimension:
         return " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers if n)
 
 
-class Parametrised(Protocol):
-    """A part of a scene with numbers by name."""
+class ScenePart:
+    """A part of a scene: a load, a wall, a tip or a bond, with numbers by name."""
+
+    #: What its numbers measure, by the names under which `solve` frees them.
+    parameters: ClassVar[dict[str, Dimension]] = {}
 
     @property
-    def parameters(self) -> Mapping[str, Dimension]:
-        """What its numbers measure."""
+    def form(self) -> Hashable:
+        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
+        return self
+
+    def numbers(self) -> dict[str, float]:
+        """Return its numbers in the units of the rod: its first fields, in the order of ``parameters``."""
+        return dict(zip(self.parameters, vars(self).values(), strict=False))
 
 
-def by_numbers(part: Parametrised) -> tuple[Any, ...]:
+def by_numbers(part: ScenePart) -> tuple[Any, ...]:
     """Return the form of a part whose equations take its numbers by name, and nothing else of it.
 
     Such parts share compiled equations.  A part is its own form unless its class says otherwise: what a
     reader's own class takes from its fields would be compiled in.
     """
-    form: tuple[Hashable, ...] = (type(part), tuple(part.parameters))
-    return form
+    return type(part), tuple(part.parameters)
 
 
 NUMBER = Dimension(0, 0, "")

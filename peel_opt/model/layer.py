@@ -48,10 +48,6 @@ class ElasticLayer(Bond):
 
     form = property(by_numbers)
 
-    def numbers(self) -> dict[str, float]:
-        """Return K."""
-        return {"layer_stiffness": self.stiffness}
-
     @staticmethod
     def yields_at(q: Numbers) -> Any:
         """Return T0/K, the gap at the front, over y0."""

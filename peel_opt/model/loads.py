@@ -16,7 +16,7 @@ import casadi as ca
 
 from ..base.checks import finite, non_negative, positive
 from ..base.errors import InvalidInput
-from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension, by_numbers
+from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
 from .profiles import Distribution, as_profile
 
@@ -30,26 +30,14 @@ class Force(NamedTuple):
     y: Any = 0.0
 
 
-class Load(ABC):
+class Load(ScenePart, ABC):
     """A force per length on the detached rod."""
-
-    #: What its parameters measure, by the name under which `solve` frees them.
-    parameters: ClassVar[dict[str, Dimension]] = {}
 
     #: Whether a rod that lies flat stays one at some pressure: what the load has across it is uniform.
     keeps_flat: ClassVar[bool] = False
 
     #: Whether it acts on each length of a rod that has stretched; a weight goes with the mass.
     on_stretched: ClassVar[bool] = True
-
-    @property
-    def form(self) -> Hashable:
-        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
-        return self
-
-    @abstractmethod
-    def numbers(self) -> dict[str, float]:
-        """Return its parameters, in the units of the rod."""
 
     @abstractmethod
     def force(self, at: Place, q: Numbers) -> Force:
@@ -165,10 +153,6 @@ class Weight(Load):
 
     form = property(by_numbers)
 
-    def numbers(self) -> dict[str, float]:
-        """Return w and tilt."""
-        return {"weight": self.w, "tilt": self.tilt}
-
     def force(self, at: Place, q: Numbers) -> Force:
         """Return w down the plumb line."""
         return Force(x=q["weight"] * ca.sin(q["tilt"]), y=-q["weight"] * ca.cos(q["tilt"]))
@@ -249,10 +233,6 @@ class Drag(Load):
         object.__setattr__(self, "traction", finite("traction", self.traction, "Pa"))
 
     form = property(by_numbers)
-
-    def numbers(self) -> dict[str, float]:
-        """Return the traction."""
-        return {"drag": self.traction}
 
     def force(self, at: Place, q: Numbers) -> Force:
         """Return the traction along x."""

@@ -15,28 +15,18 @@ from typing import Any, ClassVar
 from ..base.checks import non_negative, positive
 from ..base.errors import InvalidInput
 from .bond import COHESIVE, LINEAR, CohesiveLaw, Piece
-from .dimension import NUMBER, SPRING, Dimension, by_numbers
+from .dimension import NUMBER, SPRING, Dimension, ScenePart, by_numbers
 from .place import Numbers
 
 
-class Bond(ABC):
+class Bond(ScenePart, ABC):
     """What holds the rod to its wall.
 
     A bond visits the pieces of ``law`` one after the other, as its `opening` passes their kinks.
     """
 
     law: CohesiveLaw
-    parameters: ClassVar[dict[str, Dimension]] = {}
     slips: ClassVar[bool] = True
-
-    @property
-    def form(self) -> Hashable:
-        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
-        return self
-
-    def numbers(self) -> dict[str, float]:
-        """Return its parameters, in the units of the rod."""
-        return {}
 
     @property
     def name(self) -> str:
@@ -133,10 +123,6 @@ class EffectiveOpening(Bond):
         """The law and its numbers by name."""
         return *by_numbers(self), self.law
 
-    def numbers(self) -> dict[str, float]:
-        """Return zeta."""
-        return {"zeta": self.zeta}
-
     def opening(self, g: Any, u: Any, q: Numbers) -> Any:
         """Return the effective opening over y0."""
         return (g**2 + (q["zeta"] * u) ** 2) ** 0.5
@@ -190,10 +176,6 @@ class ShearSprings(Bond):
     def form(self) -> Hashable:
         """Whether the springs soften."""
         return type(self), self.softening
-
-    def numbers(self) -> dict[str, float]:
-        """Return Kt."""
-        return {"shear_stiffness": self.stiffness}
 
     def tractions(self, piece: Piece, g: Any, u: Any, q: Numbers) -> tuple[Any, Any]:
         """Return the derivatives of Phi = Phi_n(g) + Kt u^2 (1 - g)^2 / 2, with Kt y0/T0."""

@@ -16,23 +16,12 @@ import casadi as ca
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput
-from .dimension import LENGTH, NUMBER, Dimension, by_numbers
+from .dimension import LENGTH, NUMBER, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
 
 
-class Distribution(ABC):
+class Distribution(ScenePart, ABC):
     """A factor of the pressure, with its parameters."""
-
-    parameters: ClassVar[dict[str, Dimension]] = {}
-
-    @property
-    def form(self) -> Hashable:
-        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
-        return self
-
-    def numbers(self) -> dict[str, float]:
-        """Return its parameters as they were given."""
-        return {}
 
     @property
     def is_uniform_when_flat(self) -> bool:
@@ -53,10 +42,6 @@ class Linear(Distribution):
 
     form = property(by_numbers)
 
-    def numbers(self) -> dict[str, float]:
-        """Return c."""
-        return {"gradient": self.c}
-
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return 1 + c s/sbar."""
         return 1.0 + q["gradient"] * at.xi
@@ -71,10 +56,6 @@ class Exponential(Distribution):
 
     form = property(by_numbers)
 
-    def numbers(self) -> dict[str, float]:
-        """Return l."""
-        return {"decay": self.length}
-
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return exp(-s/l)."""
         return ca.exp(-at.s / q["decay"])
@@ -88,10 +69,6 @@ class Mixed(Distribution):
     parameters: ClassVar[dict[str, Dimension]] = {"mix": NUMBER}
 
     form = property(by_numbers)
-
-    def numbers(self) -> dict[str, float]:
-        """Return c."""
-        return {"mix": self.c}
 
     @property
     def is_uniform_when_flat(self) -> bool:
@@ -125,10 +102,6 @@ class Height(Distribution):
     parameters: ClassVar[dict[str, Dimension]] = {"layer": LENGTH}
 
     form = property(by_numbers)
-
-    def numbers(self) -> dict[str, float]:
-        """Return h."""
-        return {"layer": self.height}
 
     def factor(self, at: Place, q: Numbers) -> Any:
         """Return (y/h)^2."""

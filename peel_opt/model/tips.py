@@ -11,7 +11,7 @@ import casadi as ca
 
 from ..base.checks import finite, non_negative
 from ..base.errors import InvalidInput
-from .dimension import ANGLE, FORCE, LENGTH, MOMENT, Dimension
+from .dimension import ANGLE, FORCE, LENGTH, MOMENT, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
 
 
@@ -22,7 +22,7 @@ def across(angle: float) -> float:
 
 
 @dataclass(frozen=True)
-class TipLoad:
+class TipLoad(ScenePart):
     """A force and a moment on the tip.
 
     Parameters
@@ -40,17 +40,13 @@ class TipLoad:
     moment: float = 0.0
     parameters: ClassVar[dict[str, Dimension]] = {"force": FORCE, "angle": ANGLE, "moment": MOMENT}
 
-    form: ClassVar[str] = "load"
+    form = property(by_numbers)
     reactions: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", finite("force", self.force, "N/m"))
         object.__setattr__(self, "angle", finite("angle", self.angle, "rad"))
         object.__setattr__(self, "moment", finite("moment", self.moment, "N"))
-
-    def numbers(self) -> dict[str, float]:
-        """Return force, angle and moment."""
-        return {"force": self.force, "angle": self.angle, "moment": self.moment}
 
     @property
     def keeps_flat(self) -> bool:
@@ -75,27 +71,16 @@ class Free(TipLoad):
     angle: float = field(default=0.0, init=False, repr=False)
     moment: float = field(default=0.0, init=False, repr=False)
     parameters: ClassVar[dict[str, Dimension]] = {}
-    form: ClassVar[str] = "free"
-
-    def numbers(self) -> dict[str, float]:
-        """Return no parameters."""
-        return {}
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(ScenePart):
     """The tip rests on the wall without friction: no gap, no moment, an unknown reaction along its normal.
 
     So lies a strip that curls into its wall.
     """
 
-    form: ClassVar[str] = "contact"
-    parameters: ClassVar[dict[str, Dimension]] = {}
     reactions: ClassVar[tuple[str, ...]] = ("reaction",)
-
-    def numbers(self) -> dict[str, float]:
-        """Return no parameters."""
-        return {}
 
     def work(self, tip: Place, normal: tuple[Any, Any], q: Numbers) -> Any:
         """Return its term in the identity, -F sin(theta - psi), where psi is the angle of the wall."""
@@ -104,7 +89,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Middle:
+class Middle(ScenePart):
     """The middle of a symmetric strip: no inclination, no shear force, an axial force.
 
     Parameters
@@ -129,10 +114,7 @@ class Middle:
         if self.slack is not None:
             object.__setattr__(self, "slack", non_negative("slack", self.slack, "m"))
 
-    @property
-    def form(self) -> tuple[str, bool]:
-        """What it shares with another that differs in its number alone."""
-        return "middle", self.slack is None
+    form = property(by_numbers)
 
     @property
     def reactions(self) -> tuple[str, ...]:
@@ -140,7 +122,7 @@ class Middle:
         return () if self.slack is None else ("thrust",)
 
     @property
-    def parameters(self) -> dict[str, Dimension]:
+    def parameters(self) -> dict[str, Dimension]:  # type: ignore[override]
         """What its number measures."""
         return {"roller": FORCE} if self.slack is None else {"slack": LENGTH}
 

@@ -7,28 +7,16 @@ normal of the *wall* at its nearest point: only so is the moment about a circle'
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..base.checks import finite
-from .dimension import CURVATURE, Dimension, by_numbers
+from .dimension import CURVATURE, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
 
 
-class Wall(ABC):
+class Wall(ScenePart, ABC):
     """A planar curve that the rod is glued to."""
-
-    parameters: ClassVar[dict[str, Dimension]] = {}
-
-    @property
-    def form(self) -> Hashable:
-        """What scenes must share to share compiled equations: all of it, unless its class says otherwise."""
-        return self
-
-    def numbers(self) -> dict[str, float]:
-        """Return its parameters, in the units of the rod."""
-        return {}
 
     @abstractmethod
     def curvature_of(self, q: Numbers) -> Any:
@@ -69,10 +57,6 @@ class Circle(Wall):
         object.__setattr__(self, "curvature", finite("curvature", self.curvature, "1/m"))
 
     form = property(by_numbers)
-
-    def numbers(self) -> dict[str, float]:
-        """Return the curvature."""
-        return {"curvature": self.curvature}
 
     def curvature_of(self, q: Numbers) -> Any:
         """Return the curvature times eta."""
