@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import casadi as ca
@@ -49,6 +50,10 @@ class Loads:
     ----------
     breaks : tuple of (str, float)
         Material points at which a load or the bond begins or ends, with their s, from the tip on.
+    ends : tuple of (str, float)
+        Those of them at which a load changes.
+    feels : frozenset of str
+        Of x, y, s and sbar what some load changes with.
     unbonded : float
         Length from the tip that was never glued.
     tip_force : tuple of float
@@ -58,6 +63,8 @@ class Loads:
     """
 
     breaks: tuple[tuple[str, float], ...] = ()
+    ends: tuple[tuple[str, float], ...] = ()
+    feels: frozenset[str] = frozenset()
     unbonded: float = 0.0
     tip_force: tuple[float, float] = (0.0, 0.0)
     moment: float = 0.0
@@ -94,6 +101,12 @@ class Loads:
         sine, cosine = np.sin(theta), np.cos(theta)
         return Acted(pressure * np.stack([-sine, cosine]), -pressure * np.stack([cosine, sine]), None)
 
+    def at_tip(self, theta: np.ndarray) -> np.ndarray:
+        """Return what the tip has in the identity: theta'(0)^2 / 2 + F.(e_x - t)."""
+        Fx, Fy = self.tip_force
+        pulled: np.ndarray = 2.0 * Fx * np.sin(0.5 * theta) ** 2 - Fy * np.sin(theta)
+        return pulled + 0.5 * self.tip_curvature**2
+
     def lift(self, pressure: float, sbar: float) -> float:
         """Return by what the attached rod is pulled off at the front, over T0."""
         past = frozenset(name for name, s in self.breaks if s < sbar)
@@ -120,6 +133,27 @@ class SceneLoads(Loads):
         return tuple(
             sorted(((name, numbers[name]) for name in self.scene.breaks), key=lambda point: point[1])
         )
+
+    @cached_property
+    def ends(self) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
+        """Those of the material points at which a load changes."""
+        written = [self._at_one(past).serialize() for past in self._pasts]
+        return tuple(point for point, (a, b) in zip(self.breaks, pairwise(written), strict=True) if a != b)
+
+    @cached_property
+    def feels(self) -> frozenset[str]:  # type: ignore[override]
+        """Of x, y, s and sbar what some load changes with."""
+        found: set[str] = set()
+        for past in self._pasts:
+            rows = self._at_one(past).sparsity_out(0).row()
+            found |= {("force", "theta", "x", "y", "s", "sbar")[row // 2] for row in rows}
+        return frozenset(found - {"force", "theta"})
+
+    @property
+    def _pasts(self) -> list[Past]:
+        """What lies between the tip and a place, from the tip on."""
+        names = [name for name, _ in self.breaks]
+        return [Past(names[:i]) for i in range(len(names) + 1)]
 
     @cached_property
     def unbonded(self) -> float:  # type: ignore[override]
@@ -157,11 +191,14 @@ class SceneLoads(Loads):
     ) -> Acted:
         """Return the forces at places, and all that they change by."""
         places = np.stack([np.broadcast_to(part, theta.shape).ravel() for part in (theta, x, y, s, sbar)])
-        found = self._compiled(past)(places, pressure).full().reshape(6, 2, *theta.shape)
-        return Acted(found[0], found[1], found[2:])
+        many = past, places.shape[1]
+        if many not in self._along:
+            self._along[many] = _Along(self._at_one(past), many[1])
+        found = self._along[many](places, pressure).reshape(6, 2, *theta.shape)
+        return Acted(found[0], found[1], found[2:] if self.feels else None)
 
-    def _compiled(self, past: Past) -> ca.Function:
-        """Force, and its derivatives by theta, x, y, s and sbar, of one place or of a row of them."""
+    def _at_one(self, past: Past) -> ca.Function:
+        """Force at a place, with its derivatives by theta, x, y, s and sbar one below the other."""
         if past not in self._functions:
             at, pressure = ca.SX.sym("at", 5), ca.SX.sym("pressure")
             theta, x, y, s, sbar = ca.vertsplit(at)
@@ -178,8 +215,53 @@ class SceneLoads(Loads):
         return self._functions[past]
 
     @cached_property
+    def _along(self) -> dict[tuple[Past, int], _Along]:
+        return {}
+
+    @cached_property
     def _functions(self) -> dict[Past, ca.Function]:
         return {}
+
+
+def _on_many(function: ca.Function, n: int) -> ca.Function:
+    """Return a function of one place and a pressure as one of n places, (n, 5), to (n, 12)."""
+    at, pressure = ca.MX.sym("at", n, 5), ca.MX.sym("pressure")
+    given = [ca.horzsplit(at), [pressure]]
+    known: dict[int, ca.MX] = {}
+    found, rows = [ca.MX(n, 1)] * 12, function.sparsity_out(0).row()
+    for k in range(function.n_instructions()):
+        operation, of = function.instruction_id(k), function.instruction_input(k)
+        to = function.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            found[rows[to[1]]] = known[of[0]] * ca.MX.ones(n)
+        elif operation == ca.OP_INPUT:
+            known[to[0]] = given[of[0]][of[1]]
+        elif operation == ca.OP_CONST:
+            known[to[0]] = ca.MX(function.instruction_constant(k))
+        else:
+            act = ca.MX.unary if len(of) == 1 else ca.MX.binary
+            known[to[0]] = act(operation, *(known[i] for i in of))
+    return ca.Function("along", [at, pressure], [ca.densify(ca.horzcat(*found))])
+
+
+class _Along:
+    """Forces and their derivatives at n places, on arrays as they lie in memory.
+
+    To hand arrays over takes CasADi longer than to compute.
+    """
+
+    def __init__(self, function: ca.Function, n: int) -> None:
+        self.places, self.pressure, self.found = np.zeros((5, n)), np.zeros(1), np.zeros((12, n))
+        self.buffer, self.evaluate = _on_many(function, n).buffer()
+        self.buffer.set_arg(0, self.places.reshape(-1).data)
+        self.buffer.set_arg(1, self.pressure.data)
+        self.buffer.set_res(0, self.found.reshape(-1).data)
+
+    def __call__(self, places: np.ndarray, pressure: float) -> np.ndarray:
+        """Return the forces and their derivatives, (12, n), at places, (5, n)."""
+        self.places[:], self.pressure[:] = places, pressure
+        self.evaluate()
+        return self.found.copy()
 
 
 #: What acts in the paper's scene.

@@ -2,12 +2,16 @@
 
 Node i lies at the arc length s_i = i h from the tip and has a place x_i, a height y_i and a contact force C_i
 per length; the link to the next has an angle theta_i and a force N_i.  The last node is stuck.  With
-the loads of each link shared by its ends,
+the loads f of each link, as they are at its middle, shared by its ends, and g_i the part of h on which
+the rod was glued,
 
-    r_{i+1} - r_i = h (cos theta_i, sin theta_i)
+    h (rho a + c v)_i = (f_i + f_{i-1}) h / 2 + (h C_i - g_i tau(y_i)) e_y - (N_i - N_{i-1})
     (theta_{i+1} - 2 theta_i + theta_{i-1}) / h + h (N_x sin theta - N_y cos theta)_i = 0
-    h (rho a + c v)_i = p n_i h + h (C_i - tau(y_i)) e_y - (N_i - N_{i-1})
-    y >= 0,  C >= 0,  y C = 0.
+    r_{i+1} - r_i = h (cos theta_i, sin theta_i)
+    y >= 0,  C >= 0,  y C = 0,
+
+and at the tip its force, and theta' of what bends it there.  Where a load ends within a link, the link has
+its share of it.
 
 The attached rod is among them: there theta = y = 0 and C > 0.  The front is where that ends.  One number z
 for each node says both what it is open by and what it is pressed with, y = max(z, 0), C = max(-z, 0), so
@@ -18,29 +22,33 @@ is steeper than the other.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgbsv
 
+from .acting import PRESSURE_ALONE, Acted, Loads, Past
 from .memory import Memory
 
-#: Unknowns of a node and its link: x, z, theta, N_x, N_y; and rows, r_x, r_y, moments, forces.
+#: Unknowns of a node and its link: x, z, theta, N_x, N_y; and rows: forces, moments, places of the ends.
 UNKNOWNS = 5
 X, Z, THETA, NX, NY = range(UNKNOWNS)
-
-#: Diagonals below and above that are not zero.
-BELOW, ABOVE = 7, 5
+FX, FY, TURN, RX, RY = range(UNKNOWNS)
 
 
 class Stage(NamedTuple):
-    """What a stage of a step is implicit in: r = base + span v, v = base_v + span a."""
+    """What a stage of a step is implicit in: r = base + span v, v = base_v + span a.
+
+    ``front`` is where loads that count from it are told that it is.
+    """
 
     span: float
     base: np.ndarray
     base_v: np.ndarray
     pressure: float
+    front: float = math.inf
 
     def stiffness(self, chain: Chain) -> float:
         """Force per length that a displacement takes."""
@@ -61,6 +69,8 @@ class Chain:
         Per area.
     tip_at : float or None
         Height to which the tip is lifted from outside; None where nothing does.
+    loads : Loads
+        What acts on it.
     """
 
     h: float
@@ -68,12 +78,28 @@ class Chain:
     mass: float
     drag: float
     tip_at: float | None = None
+    loads: Loads = PRESSURE_ALONE
+
+    @property
+    def diagonals(self) -> int:
+        """How many above and below the main one are not zero: one more where a load feels its place."""
+        return 6 if self.loads.feels & {"x", "y"} else 5
+
+    @property
+    def asks_front(self) -> bool:
+        """Whether a load changes with where the front is, or with how far from the tip it acts."""
+        return bool(self.loads.feels & {"s", "sbar"})
 
     def share(self, n: int) -> np.ndarray:
         """Length of rod of each node."""
         w = np.full(n, self.h)
         w[0] *= 0.5
         return w
+
+    def glued(self, n: int) -> np.ndarray:
+        """Length of rod of each node on which it was glued."""
+        w, a = self.share(n), self.loads.unbonded
+        return np.clip(self.h * (np.arange(n) + 0.5) - a, 0.0, w) if a else w
 
     def places(self, u: np.ndarray) -> np.ndarray:
         """x and y of the nodes, (2, n)."""
@@ -93,10 +119,43 @@ class Chain:
         """Place of the stuck end."""
         return n * self.h
 
-    def loads(self, theta: np.ndarray, pressure: float) -> np.ndarray:
-        """Force of the pressure on each node, (2, n): half of that on each of its links."""
-        force = 0.5 * self.h * pressure * np.stack([-np.sin(theta), np.cos(theta)])
+    def acted(self, u: np.ndarray, pressure: float, front: float = math.inf) -> Acted:
+        """Return what the loads are on each link, and what they change by, ahead of the front as at it."""
+        theta, loads, n = u[:, THETA], self.loads, len(u)
+        if loads is PRESSURE_ALONE:
+            return loads.at(pressure, theta, theta, theta, theta, theta)
+        x, y = self.places(u)
+        i = np.arange(n)
+        places = np.stack(
+            [
+                theta,
+                0.5 * (x + np.append(x[1:], self.end(n))),
+                0.5 * (y + np.append(y[1:], 0.0)),
+                np.minimum(self.h * (i + 0.5), front),
+                np.full(n, front),
+            ]
+        )
+        if not loads.ends:
+            return loads.at(pressure, *places)
+        force, by_theta, by_place = np.zeros((2, n)), np.zeros((2, n)), np.zeros((4, 2, n))
+        past, begins = Past(), 0.0
+        for name, ends in (*loads.ends, ("", math.inf)):
+            share = np.clip(ends / self.h - i, 0.0, 1.0) - np.clip(begins / self.h - i, 0.0, 1.0)
+            if (here := share > 0.0).any():
+                theta, x, y, s, sbar = places[:, here]
+                found = loads.at(pressure, theta, x, y, s, sbar, past)
+                force[:, here] += share[here] * found.force
+                by_theta[:, here] += share[here] * found.by_theta
+                if found.by_place is not None:
+                    by_place[:, :, here] += share[here] * found.by_place
+            past, begins = past | {name}, ends
+        return Acted(force, by_theta, by_place)
+
+    def pushed(self, acted: Acted) -> np.ndarray:
+        """Force of the loads on each node, (2, n): half of that on each of its links, and that on the tip."""
+        force = 0.5 * self.h * acted.force
         force[:, 1:] += force[:, :-1].copy()
+        force[:, 0] += self.loads.tip_force
         return force
 
     def residual(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
@@ -109,18 +168,21 @@ class Chain:
         w, inert = self.share(n), self.drag * v
         if self.mass:
             inert = inert + self.mass * (v - stage.base_v) / stage.span
-        held_up = stage.stiffness(self) * self.pressed(u) - self.memory.holding(y, open_to)[0]
-        load = self.loads(theta, stage.pressure)
+        held_up = (
+            w * stage.stiffness(self) * self.pressed(u) - self.glued(n) * self.memory.holding(y, open_to)[0]
+        )
+        load = self.pushed(self.acted(u, stage.pressure, stage.front))
         rows = np.empty((n, UNKNOWNS))
-        rows[:, 0] = np.append(x[1:], self.end(n)) - x - h * cosine
-        rows[:, 1] = np.append(y[1:], 0.0) - y - h * sine
+        rows[:, FX] = w * inert[0] - load[0] + Nx
+        rows[:, FY] = w * inert[1] - held_up - load[1] + Ny
+        rows[1:, FX] -= Nx[:-1]
+        rows[1:, FY] -= Ny[:-1]
         turned = np.diff(theta, append=0.0) / h
-        rows[:, 2] = turned + h * (Nx * sine - Ny * cosine)
-        rows[1:, 2] -= turned[:-1]
-        rows[:, 3] = w * inert[0] - load[0] + Nx
-        rows[:, 4] = w * (inert[1] - held_up) - load[1] + Ny
-        rows[1:, 3] -= Nx[:-1]
-        rows[1:, 4] -= Ny[:-1]
+        rows[:, TURN] = turned + h * (Nx * sine - Ny * cosine)
+        rows[1:, TURN] -= turned[:-1]
+        rows[0, TURN] -= self.loads.tip_curvature
+        rows[:, RX] = np.append(x[1:], self.end(n)) - x - h * cosine
+        rows[:, RY] = np.append(y[1:], 0.0) - y - h * sine
         return rows
 
     def derivatives(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
@@ -132,35 +194,47 @@ class Chain:
         if self.tip_at is not None:
             free[0] = False
         slope = self.memory.holding(self.places(u)[1], open_to)[1]
-        w, stiffness, push = self.share(n), stage.stiffness(self), 0.5 * h * stage.pressure
-        band = np.zeros((2 * BELOW + ABOVE + 1, n, UNKNOWNS))
+        weighed = self.share(n) * stage.stiffness(self)
+        acted = self.acted(u, stage.pressure, stage.front)
+        band = np.zeros((3 * self.diagonals + 1, n, UNKNOWNS))
 
         def put(row: int, column: int, values: np.ndarray | float, ahead: int = 0) -> None:
             """Enter the derivatives of a row of all nodes by a number of the node ``ahead``, in its order."""
             where = slice(max(ahead, 0), n + min(ahead, 0))
-            diagonal = BELOW + ABOVE + row - column - UNKNOWNS * ahead
-            band[diagonal, where, column] = values[where] if isinstance(values, np.ndarray) else values
+            diagonal = 2 * self.diagonals + row - column - UNKNOWNS * ahead
+            band[diagonal, where, column] += values[where] if isinstance(values, np.ndarray) else values
 
-        put(0, X, -1.0)
-        put(0, X, 1.0, 1)
-        put(0, THETA, h * sine)
-        put(1, Z, -1.0 * free)
-        put(1, Z, 1.0 * free, 1)
-        put(1, THETA, -h * cosine)
-        middle = h * (Nx * cosine + Ny * sine) - 2.0 / h
-        middle[0] += 1.0 / h
-        put(2, THETA, middle)
-        put(2, NX, h * sine)
-        put(2, NY, -h * cosine)
-        put(3, X, w * stiffness)
-        put(4, Z, w * (stiffness + np.where(free, slope, 0.0)))
-        for row, force, turning in ((3, NX, cosine), (4, NY, sine)):
+        put(FX, X, weighed)
+        put(FY, Z, weighed + np.where(free, self.glued(n) * slope, 0.0))
+        for row, force, turning in ((FX, NX, acted.by_theta[0]), (FY, NY, acted.by_theta[1])):
             put(row, force, 1.0)
             put(row, force, -1.0, -1)
-            put(row, THETA, push * turning)
-            put(row, THETA, push * turning, -1)
-        put(2, THETA, 1.0 / h, 1)
-        put(2, THETA, 1.0 / h, -1)
+            put(row, THETA, -0.5 * h * turning)
+            put(row, THETA, -0.5 * h * turning, -1)
+        if acted.by_place is not None and self.diagonals > 5:
+            for row, column, by, moves in (
+                (FX, X, acted.by_place[0, 0], 1.0),
+                (FX, Z, acted.by_place[1, 0], free),
+                (FY, X, acted.by_place[0, 1], 1.0),
+                (FY, Z, acted.by_place[1, 1], free),
+            ):
+                own, before = -0.25 * h * by, np.append(0.0, -0.25 * h * by[:-1])
+                put(row, column, (own + before) * moves)
+                put(row, column, before * moves, 1)
+                put(row, column, own * moves, -1)
+        middle = h * (Nx * cosine + Ny * sine) - 2.0 / h
+        middle[0] += 1.0 / h
+        put(TURN, THETA, middle)
+        put(TURN, THETA, 1.0 / h, 1)
+        put(TURN, THETA, 1.0 / h, -1)
+        put(TURN, NX, h * sine)
+        put(TURN, NY, -h * cosine)
+        put(RX, X, -1.0)
+        put(RX, X, 1.0, 1)
+        put(RX, THETA, h * sine)
+        put(RY, Z, -1.0 * free)
+        put(RY, Z, 1.0 * free, 1)
+        put(RY, THETA, -h * cosine)
         return band.reshape(band.shape[0], -1)
 
     def solve(
@@ -171,7 +245,9 @@ class Chain:
         u = _pressed(u, 1.0 / stiffness)
         for _ in range(most):
             rows, band = self.residual(u, stage, open_to), self.derivatives(u, stage, open_to)
-            _, _, update, info = dgbsv(BELOW, ABOVE, band, -rows.ravel(), overwrite_ab=True, overwrite_b=True)
+            _, _, update, info = dgbsv(
+                self.diagonals, self.diagonals, band, -rows.ravel(), overwrite_ab=True, overwrite_b=True
+            )
             if info != 0 or not np.abs(update).max() < 1e3:
                 return None
             change = update.reshape(u.shape)

@@ -68,7 +68,7 @@ def run_on_mesh(
 def chain_of(setting: Setting, resolution: int) -> Chain:
     """Return the mesh of a run at one of two resolutions."""
     memory = Memory(setting.law, setting.ratio, setting.bond)
-    return Chain(LINKS[resolution], memory, setting.mass, setting.drag)
+    return Chain(LINKS[resolution], memory, setting.mass, setting.drag, loads=setting.loads)
 
 
 class Carried(NamedTuple):
@@ -127,7 +127,7 @@ def carried(
             at, lifts = replace(at, dt=np.inf), lifts + 1
             pacer.begins()
         elif until.arrest and kept.at_rest(at):
-            outcome = at_rest_in(at)
+            outcome = at_rest_in(chain, at)
             kept.happened("arrest")
         elif until.arrest and kept.repeats():
             outcome = "flapping"
@@ -146,8 +146,11 @@ def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
 
 
 def _stuck(kept: Recorder, at: Moment, until: Until) -> bool:
-    """Whether it is the mesh that holds a tip down: it is at rest, or has lain there for long alone."""
-    if tail(at) != 1:
+    """Whether it is the mesh that holds a tip down: it is at rest, or has lain there for long alone.
+
+    Nothing does where the end of the rod was never glued.
+    """
+    if tail(at) != 1 or not kept.chain.glued(1)[0]:
         return False
     return kept.at_rest(at) if until.arrest else kept.lain(at)
 

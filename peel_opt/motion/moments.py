@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.errors import NotConverged
-from .chain import THETA, UNKNOWNS, Chain, Stage, X, Z
+from .chain import NY, THETA, UNKNOWNS, Chain, Stage, X, Z
 from .run import Posture
 
 #: First and longest step, and by what a step may grow on the one before.
@@ -28,6 +28,9 @@ BENDS = 0.1
 
 #: Attached rod, over eta, that a mesh has at least ahead of the front, and by how much it grows.
 AHEAD, BLOCK = 0.6, 1.2
+
+#: Share of the range of the bond to which a point has been open that is behind the front.
+DAMAGED = 0.01
 
 #: How long a lift takes.
 LIFTING = 6.0
@@ -53,6 +56,8 @@ class Moment:
         The step that led here; infinite where what was before does not count.
     r_before, v_before : ndarray, shape (2, n)
         Places and velocities before it.
+    front, front_before : float
+        Where the front is, and where it was before that step, if a load asks.
     """
 
     t: float
@@ -64,6 +69,8 @@ class Moment:
     dt: float
     r_before: np.ndarray
     v_before: np.ndarray
+    front: float = math.inf
+    front_before: float = math.inf
 
     @property
     def y(self) -> np.ndarray:
@@ -91,26 +98,76 @@ class Moment:
 
 
 class Spent(NamedTuple):
-    """What the pressure has done and what drag has taken, over T0 eta^2."""
+    """What the loads have done and what drag has taken, over T0 eta^2."""
 
     work: float = 0.0
     drag: float = 0.0
 
 
+def front_of(chain: Chain, at: Moment) -> float:
+    """Return the arc length of the front, between nodes.
+
+    The rod presses on the plate at the front with all of its force, N_y, in one point.  On the mesh two
+    nodes share it, and the front is where their forces have the same moment.  With damage a point that has
+    been open a little is held open by the pressure, and there is no such place: then the front is the
+    furthest that has been reached.
+    """
+    if chain.memory.bond == "damage":
+        return _damaged_to(chain, at)
+    above = np.flatnonzero(at.y > 0.0)
+    if not above.size:
+        return 0.0
+    k = int(above[-1])
+    force = at.u[k:, NY]
+    share = float(force[1:].sum() / force[0]) if force[0] < 0.0 else 0.0
+    return chain.h * (k + 1 + min(max(share, 0.0), 1.0))
+
+
+def _damaged_to(chain: Chain, at: Moment) -> float:
+    """Return where the opening that there has been would vanish, from where it is `DAMAGED` of the range.
+
+    It grows with the third power of the distance from the front.
+    """
+    above = np.flatnonzero(at.open_to > DAMAGED / chain.memory.ratio)
+    if not above.size:
+        return 0.0
+    k = int(above[-1])
+    if k < 2:
+        return chain.h * (k + 1)
+    near, far = np.cbrt(at.open_to[[k, k - 2]]).tolist()
+    slope = 0.5 * (far - near)
+    return chain.h * (k + near / slope) if slope > 0.0 else chain.h * (k + 1)
+
+
+def _known_front(chain: Chain, at: Moment, before: float | None = None) -> Moment:
+    """Return a moment that knows its front, if a load asks; a rod that lies flat has it in its first link."""
+    if not chain.asks_front:
+        return at
+    front = max(front_of(chain, at), 0.5 * chain.h)
+    return replace(at, front=front, front_before=front if before is None else before)
+
+
 def step(chain: Chain, at: Moment, dt: float, pressure: float) -> Moment | None:
-    """Take one step, to where the pressure is ``pressure``; None where Newton's method does not settle."""
+    """Take one step, to where the pressure is ``pressure``; None where Newton's method does not settle.
+
+    Loads are told the front that goes on from the two before.
+    """
     ratio = dt / at.dt
     behind, lead = ratio**2 / (1.0 + ratio), (1.0 + 2.0 * ratio) / (1.0 + ratio)
     base = ((1.0 + ratio) * at.r - behind * at.r_before) / lead
     base_v = ((1.0 + ratio) * at.v - behind * at.v_before) / lead
-    stage = Stage(dt / lead, base, base_v, pressure)
+    front = (
+        max(at.front + ratio * (at.front - at.front_before), 0.5 * chain.h) if chain.asks_front else math.inf
+    )
+    stage = Stage(dt / lead, base, base_v, pressure, front)
     u = chain.solve(at.u, stage, at.open_to)
     if u is None:
         return None
     r = chain.places(u)
     v = (r - base) / stage.span
     a = (v - base_v) / stage.span if chain.mass else np.zeros_like(v)
-    return Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v)
+    after = Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v)
+    return _known_front(chain, after, at.front)
 
 
 def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
@@ -118,6 +175,7 @@ def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
     after = step(chain, at, SHORTEST, pressure)
     if after is None:
         return at
+    at = replace(at, front=after.front, front_before=after.front)
     return replace(at, a=after.a) if chain.mass else replace(at, v=after.v)
 
 
@@ -147,15 +205,16 @@ def let_go(at: Moment) -> Moment:
 
 
 def spent(chain: Chain, before: Moment, after: Moment, pressure: Pressure) -> Spent:
-    """Return the work of the pressure, and of what lifts the tip, and that of the drag in a step."""
+    """Return the work of the loads, and of what lifts the tip, and that of the drag in a step."""
     moved = after.r - before.r
-    force = sum(chain.loads(at.u[:, THETA], pressure(at.t)) for at in (before, after))
+    force = sum(chain.pushed(chain.acted(at.u, pressure(at.t), at.front)) for at in (before, after))
+    turned = chain.loads.moment * float(after.u[0, THETA] - before.u[0, THETA])
     w = chain.share(len(moved[0]))
     lifted = 0.0
     if chain.tip_at is not None:
         lifted = -0.5 * w[0] * float(before.u[0, Z] + after.u[0, Z]) * float(moved[1, 0])
     dragged = 0.5 * chain.drag * float(np.sum(w * (before.v + after.v) * moved))
-    return Spent(0.5 * float(np.sum(force * moved)) + lifted, dragged)
+    return Spent(0.5 * float(np.sum(force * moved)) + turned + lifted, dragged)
 
 
 def from_the_end(rate: np.ndarray, end: float, h: float) -> np.ndarray:
@@ -180,7 +239,7 @@ def begun(chain: Chain, start: Posture, longest: float) -> Moment:
     if not chain.mass:
         v[:] = 0.0
     r = chain.places(u)
-    return Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v)
+    return _known_front(chain, Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v))
 
 
 @dataclass(eq=False)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.interpolate import BarycentricInterpolator
 
-from .chain import NY, THETA, Chain, X
-from .moments import Moment, Spent
+from .chain import THETA, Chain, X
+from .moments import Moment, Spent, front_of
 from .run import Track
 from .trajectory import Happening, Ledger, TipPath
 
@@ -39,55 +39,30 @@ FOLDED = -0.5 * math.pi
 #: Height over eta of a point ahead of which a rod may lie down: nearer the front it is hardly open.
 CLEAR = 0.01
 
-#: Share of the range of the bond to which a point has been open that is behind the front.
-DAMAGED = 0.01
-
-
-def front_of(chain: Chain, at: Moment) -> float:
-    """Return the arc length of the front, between nodes.
-
-    The rod presses on the plate at the front with all of its force, N_y, in one point.  On the mesh two
-    nodes share it, and the front is where their forces have the same moment.  With damage a point that has
-    been open a little is held open by the pressure, and there is no such place: then the front is the
-    furthest that has been reached.
-    """
-    if chain.memory.bond == "damage":
-        return _damaged_to(chain, at)
-    above = np.flatnonzero(at.y > 0.0)
-    if not above.size:
-        return 0.0
-    k = int(above[-1])
-    force = at.u[k:, NY]
-    share = float(force[1:].sum() / force[0]) if force[0] < 0.0 else 0.0
-    return chain.h * (k + 1 + min(max(share, 0.0), 1.0))
-
-
-def _damaged_to(chain: Chain, at: Moment) -> float:
-    """Return where the opening that there has been would vanish, from where it is `DAMAGED` of the range.
-
-    It grows with the third power of the distance from the front.
-    """
-    above = np.flatnonzero(at.open_to > DAMAGED / chain.memory.ratio)
-    if not above.size:
-        return 0.0
-    k = int(above[-1])
-    if k < 2:
-        return chain.h * (k + 1)
-    near, far = np.cbrt(at.open_to[[k, k - 2]]).tolist()
-    slope = 0.5 * (far - near)
-    return chain.h * (k + near / slope) if slope > 0.0 else chain.h * (k + 1)
-
 
 def missed(chain: Chain, at: Moment, pressure: float) -> float:
-    """Return p y_tip - Phi(y_tip) - int (rho r_tt + c r_t).(e_x - t) ds, with what contact and memory add."""
+    """Return what the identity of the motion misses, with what contact and memory add.
+
+    That is int (f - rho r_tt - c r_t).(e_x - t) ds, and what the tip has, less the work of separation of
+    what was glued, which is Phi(y) where that begins.
+    """
     y, w, memory = at.y, chain.share(len(at.u)), chain.memory
-    theta = at.u[:, THETA]
+    theta, force = at.u[:, THETA], chain.acted(at.u, pressure, at.front).force
     along = np.stack([np.cos(theta), np.sin(theta)])
+    driven = chain.h * float(np.sum(force[0] * (1.0 - along[0]) - force[1] * along[1]))
     along[:, 1:] = 0.5 * (along[:, 1:] + along[:, :-1].copy())
     resists = chain.mass * at.a + chain.drag * at.v
-    other = memory.holding(y, at.open_to)[0] - memory.pull(y)[0] - chain.pressed(at.u)
-    found = pressure * y[0] - memory.work(y[:1])[0] + np.sum(w * other * along[1])
+    kept = chain.glued(len(w)) * (memory.holding(y, at.open_to)[0] - memory.pull(y)[0])
+    separated = memory.work(np.interp([chain.loads.unbonded], chain.h * np.arange(len(w)), y))[0]
+    found = driven + float(chain.loads.at_tip(np.array(tip_angle(chain, at)))) - separated
+    found += np.sum((kept - w * chain.pressed(at.u)) * along[1])
     return float(found - np.sum(w * (resists[0] * (1.0 - along[0]) - resists[1] * along[1])))
+
+
+def tip_angle(chain: Chain, at: Moment) -> float:
+    """Return theta at the tip, half a link before the first of the links, with theta' there as it is held."""
+    theta, slope = at.u[:2, THETA], chain.h * chain.loads.tip_curvature
+    return float(theta[0] - 0.5 * slope - 0.125 * (theta[1] - theta[0] - slope))
 
 
 def tail(at: Moment) -> int:
@@ -101,14 +76,16 @@ def lying(at: Moment) -> np.ndarray:
     return np.flatnonzero(at.y[: open_at[-1]] == 0.0) if open_at.size else open_at
 
 
-def at_rest_in(at: Moment) -> str:
+def at_rest_in(chain: Chain, at: Moment) -> str:
     """Say in what state a rod has come to rest."""
     down = tail(at)
     if down > 1:
         return "flat fold"
     if down == 1:
         return "touching"
-    return "folded" if at.u[0, THETA] < FOLDED else "held"
+    if at.u[0, THETA] < FOLDED:
+        return "folded"
+    return "standing" if chain.memory.bond == "reversible" else "held"
 
 
 def spin_of(chain: Chain, at: Moment) -> np.ndarray:
@@ -141,13 +118,13 @@ class Recorder:
         turned = np.diff(np.append(theta, 0.0))
         front = front_of(chain, at)
         self.up = at.t if at.y[0] > 0.0 else self.up
-        angle = theta[0] - 0.125 * (theta[1] - theta[0])
+        angle, loads, glued = tip_angle(chain, at), chain.loads, chain.glued(n)
         energies = (
             0.5 * chain.mass * float(np.sum(w * at.v**2)),
-            0.5 * float(turned @ turned) / chain.h,
-            float(w @ memory.stored(at.y, at.open_to)),
+            0.5 * float(turned @ turned) / chain.h + loads.natural_curvature * theta[0],
+            float(glued @ memory.stored(at.y, at.open_to)),
             *self.spent,
-            float(w @ memory.lost(at.open_to)),
+            float(glued @ memory.lost(at.open_to)),
         )
         identity = missed(chain, at, pressure)
         self.rows.append([at.t, front, at.y[0], u[0, X], angle, *energies, identity])

@@ -1,3 +1,4 @@
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -84,3 +85,16 @@ def test_scenes_whose_motion_is_not_computed_are_refused(part, named):
 
 def test_the_paper_s_scene_is_the_rod():
     assert loads_on(po.Scene(ROD)) is loads_on(ROD) is PRESSURE_ALONE
+
+
+def test_loads_say_what_they_feel_and_where_they_change():
+    assert loads_on(SCENE).feels == {"x", "s", "sbar"}
+    assert loads_on(SCENE).ends == (("until", 2.0),)
+    edge = loads_on(po.Scene(ROD, loads=[po.Weight(0.1)], unbonded=1.0))
+    assert (edge.feels, edge.ends) == (frozenset(), ())
+    assert edge.at(0.7, *_places()).by_place is None
+    switched = po.Pressure(lambda at: ca.if_else(at.y > 1.0, ca.fmax(at.theta, -2.0), 3.0 * at.y))
+    found = loads_on(po.Scene(ROD, [switched])).at(1.0, *_places()).force
+    theta, _, y, _, _ = _places()
+    wanted = np.where(y > 1.0, np.maximum(theta, -2.0), 3.0 * y)
+    np.testing.assert_allclose(found, wanted * [-np.sin(theta), np.cos(theta)], atol=1e-14)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.model.bond import COHESIVE
+from peel_opt.model.bond import COHESIVE, LINEAR
+from peel_opt.motion.acting import loads_on
 from peel_opt.motion.chain import THETA, Chain
 from peel_opt.motion.memory import Memory
 from peel_opt.motion.mesh import carried, run_on_mesh
@@ -205,3 +206,46 @@ def test_close_to_the_strength_the_difference_of_two_meshes_tells_their_error():
     exact = po.length_given_pressure(po.Rod.from_ratio(0.05), 0.999, state="folded").length_ratio
     assert coarse.outcome == fine.outcome == "folded"
     assert abs(fine.front[-1] - exact) < abs(fine.front[-1] - coarse.front[-1])
+
+
+#: Lifted, unfolded and folded lengths over eta, at p = 0.3 T0 and eta = y0, of an edge of eta without glue.
+EDGE = (2.27628485, 3.38894711, 4.98475689)
+FLAT = Posture(np.linspace(0.0, 1.0, 3), np.zeros(3), np.zeros(3))
+
+
+def run_scene(
+    scene, pressure, resolution=0, start=FLAT, *, bond="reversible", mass=0.0, contact=False, time=2000.0
+):
+    setting = Setting(scene.rod.ratio, COHESIVE, pressure, mass, 1.0, bond, np.inf, loads_on(scene))
+    return run_on_mesh(setting, start, Until(time, contact), resolution=resolution)
+
+
+@pytest.mark.parametrize("bond", ["reversible", "damage"])
+def test_an_edge_rises_into_its_lifted_state(bond):
+    for resolution, scale in ((0, 1.0), (1, 0.3)):
+        track = run_scene(po.Scene(po.Rod.from_ratio(1.0), unbonded=1.0), 0.3, resolution, bond=bond)
+        assert track.outcome == ("standing" if bond == "reversible" else "held")
+        if bond == "reversible":  # under damage the front is what was reached, and short of the same state
+            assert track.front[-1] == pytest.approx(EDGE[0], abs=2e-3 * scale)
+        assert np.abs(track.identity[1:]).max() < 1e-4 * scale
+        assert np.abs(track.energy.defect).max() < 5e-5
+
+
+def test_a_weight_is_a_stronger_bond_of_longer_range():
+    # T0 -> T0 + w, y0 -> y0 (1 + w/T0) under the linear law, exactly: here on two meshes that are one.
+    w, h, dt = 0.3, 0.1, 0.05
+    eta = (1.0 + w) ** (-1.0 / 3.0)
+    weighed = loads_on(po.Scene(po.Rod.from_ratio(0.7), [po.Weight(w)]))
+    chains = (
+        Chain(h, Memory(LINEAR, 0.7), 0.0, 1.0, loads=weighed),
+        Chain(h / eta, Memory(LINEAR, 0.7 * eta / (1.0 + w)), 0.0, 1.0),
+    )
+    found = []
+    for chain, T0, unit in zip(chains, (1.0, 1.0 + w), (1.0, eta), strict=True):
+        s = np.linspace(0.0, 4.0, 50)
+        at = begun(chain, Posture(s / unit, -0.8 * (1.0 - s / 4.0) ** 2, 0.0 * s), 5.0 / unit)
+        for _ in range(20):
+            at = step(chain, at, dt * T0 / unit, 0.9 / T0)
+        found.append((at.u[:, THETA], at.y * unit))
+    np.testing.assert_allclose(*found, atol=1e-8)
+    assert found[0][1][0] > 0.8
