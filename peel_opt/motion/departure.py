@@ -92,22 +92,34 @@ def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
     raise NotConverged("the unstable state could not be solved again as one of a moving rod.")
 
 
+def leaves(flap: Flap, u: np.ndarray) -> bool:
+    """Whether a rod at rest in this state would leave it by itself, falling away."""
+    rates, _ = _rates(flap, u)
+    return bool(np.any(rates > 0.0))
+
+
 def _growing(flap: Flap, u: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the rate of the motion that grows, and its direction, of a tip that turns by -1."""
+    rates, modes = _rates(flap, u)
+    i = int(np.argmax(rates))
+    if rates[i] <= 0.0:
+        raise NoEquilibrium(
+            "nothing grows about this state: it does not snap.", remedy="Start from an unfolded state."
+        )
+    mode = modes[:, i].real
+    return float(rates[i]), -mode / mode[0]
+
+
+def _rates(flap: Flap, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rates of small motions about a state, -inf for what is none or swings, and the motions."""
     n, still, one = flap.size, np.zeros(flap.size), np.eye(flap.size)
     at, nothing = flap.balance(u, still, still), np.zeros((flap.size, flap.size))
     first, second = at.by_state, -at.by_rate
     if flap.setting.mass:
         first = np.block([[nothing, one], [-at.by_state, -at.by_rate]])
         second = np.block([[one, nothing], [nothing, at.by_second]])
-    above, vectors = eig(first, second, homogeneous_eigvals=True)
+    above, modes = eig(first, second, homogeneous_eigvals=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = above[0] / above[1]
     real = np.isfinite(rates) & (np.abs(rates.imag) <= 1e-9 * np.abs(rates)) & (rates.real < FASTEST)
-    if not np.any(real & (rates.real > 0.0)):
-        raise NoEquilibrium(
-            "nothing grows about this state: it does not snap.", remedy="Start from an unfolded state."
-        )
-    i = int(np.argmax(np.where(real, rates.real, -np.inf)))
-    mode = vectors[:n, i].real
-    return float(rates[i].real), -mode / mode[0]
+    return np.where(real, rates.real, -np.inf), modes[:n]

@@ -1,30 +1,48 @@
 """The detached part in motion: theta in piecewise polynomials between tip, kinks of the bond and front.
 
+Material points at which a load or the bond ends part the polynomials as well.
+
 A point at a fixed fraction of its phase is at x = sbar - int cos(theta), y = -int sin(theta), from the
 front back, and belongs to another s as the lengths of the phases change: a material point moves with
 v = r_t - t s_t.  The principle of virtual power then reads, for every motion the polynomials can make,
 
-    int (q - c v - rho v_t) . delta r ds = delta U,     q = p n + f e_y,
+    int (f + f_b - c v - rho v_t) . delta r ds + F . delta r(0) + M delta theta(0) = delta U,
 
 which holds with a front that runs, because theta' = 0 at it: the bond is rigid up to T0, so that the
 front is where an obstacle ends, and nothing is released there.  theta = theta' = 0 at the front are
-built in; theta' = 0 at the tip is natural.  A kink of the traction is the end of a phase, held to its
-height by a multiplier, which tends to zero.
+built in; what theta' is at the tip is natural.  Where two phases meet, the kink of the traction is held to
+its height, or the material point to its s, by a multiplier, which tends to zero.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from .acting import Acted, Past
 from .basis import Basis, basis
 from .run import Setting
-from .tractions import Traction
+from .tractions import NOTHING, Traction
 from .trajectory import TipPath
+
+
+class Phase(NamedTuple):
+    """A stretch of the rod on which everything is smooth.
+
+    Parameters
+    ----------
+    piece : int or None
+        Of the law; None where nothing was ever glued.
+    past : frozenset of str
+        The material points between it and the tip.
+    """
+
+    piece: int | None
+    past: Past = frozenset()
 
 
 class Balance(NamedTuple):
@@ -96,20 +114,21 @@ def _columns(values: np.ndarray) -> np.ndarray:
 class Flap:
     """The detached part of a rod under a setting, in phases of the law from the tip on.
 
-    Its unknowns are the coefficients of theta, the lengths of the phases and a multiplier for every kink.
-    They may have axes before that of their number: all states are then looked at together.
+    Its unknowns are the coefficients of theta, the lengths of the phases and a multiplier for every place
+    where two of them meet.  They may have axes before that of their number: all states are then looked at
+    together.
 
     Parameters
     ----------
     setting : Setting
-    phases : tuple of int
-        Which piece of the law each phase is on.
+    phases : tuple of Phase
+        From the tip on.
     degrees : tuple of int
         Of the polynomials of each phase.
     """
 
     setting: Setting
-    phases: tuple[int, ...]
+    phases: tuple[Phase, ...]
     degrees: tuple[int, ...]
 
     @cached_property
@@ -120,13 +139,32 @@ class Flap:
     @cached_property
     def pieces(self) -> list[Traction]:
         """What the bond holds in each phase."""
-        return [Traction(self.setting.law.pieces[i]) for i in self.phases]
+        pieces = self.setting.law.pieces
+        return [NOTHING if phase.piece is None else Traction(pieces[phase.piece]) for phase in self.phases]
 
     @cached_property
-    def kinks(self) -> np.ndarray:
-        """Heights at which one phase ends and the next begins, over eta."""
-        kinks = self.setting.law.kinks
-        return np.array([kinks[min(pair)] for pair in pairwise(self.phases)]) / self.setting.ratio
+    def first_bonded(self) -> int:
+        """The phase nearest to the tip that was glued."""
+        return next(j for j, phase in enumerate(self.phases) if phase.piece is not None)
+
+    @cached_property
+    def at_points(self) -> np.ndarray:
+        """Where one phase ends and the next begins: whether at a material point, (count - 1,)."""
+        return np.array([before.past != after.past for before, after in pairwise(self.phases)], bool)
+
+    @cached_property
+    def switches(self) -> np.ndarray:
+        """What is held there, over eta: the s of a material point, or else the height of a kink."""
+        points, kinks = dict(self.setting.loads.breaks), self.setting.law.kinks
+        held = []
+        for before, after in pairwise(self.phases):
+            if names := after.past - before.past:
+                held.append(max(points[name] for name in names))
+            else:
+                assert before.piece is not None
+                assert after.piece is not None
+                held.append(kinks[min(before.piece, after.piece)] / self.setting.ratio)
+        return np.array(held)
 
     @cached_property
     def fields(self) -> slice:
@@ -251,15 +289,15 @@ class Flap:
             Unknowns, their rates and the rates of these; multipliers count in ``u`` only.
         """
         at, s, value = self.shapes(u), self.setting, self.basis.tables[0]
-        forces, slope = self._forces(at, z, a)
+        acted = self._acted(at, u[..., self.lengths])
+        forces, slope = self._forces(at, acted, z, a)
         moving, points = slice(0, self.lengths.stop), value.shape[0]
         by_state, by_rate, by_second = (np.zeros((*u.shape, self.size)) for _ in range(3))
         w = _columns(np.concatenate([at.weights, at.weights], axis=-1))
         # What acts on a point, as the shape changes under it.
         acting = -s.drag * self._carriers_changed(at, z)
         acting[..., points:, :] -= _columns(s.ratio * slope) * self._heights_changed(at)
-        acting[..., :points, self.fields] -= s.pressure * _columns(at.cosine) * value
-        acting[..., points:, self.fields] -= s.pressure * _columns(at.sine) * value
+        self._add_loads_changed(acting, at, acted)
         carriers = self._carriers(at)
         weighted = _turned(w * carriers)
         resisted = weighted @ carriers
@@ -274,22 +312,64 @@ class Flap:
         by_state[..., moving, moving] = (
             weighted @ acting + self._virtual_changed(at, *pressing) - self._bending_changed(u)
         )
-        if len(self.kinks):
-            by_kink = self._kinks_by(at)
-            by_state[..., moving, moving] += self._kinks_curved(at, u[..., self.multipliers])
-            by_state[..., moving, self.multipliers] = _turned(by_kink)
-            by_state[..., self.multipliers, moving] = by_kink
+        if len(self.switches):
+            by_switch = self._switches_by(at)
+            by_state[..., moving, moving] += self._switches_curved(at, u[..., self.multipliers])
+            by_state[..., moving, self.multipliers] = _turned(by_switch)
+            by_state[..., self.multipliers, moving] = by_switch
         return Balance(self._virtual(u, at, *pressing), by_state, by_rate, by_second)
 
     def residual(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Return what must vanish alone."""
         at = self.shapes(u)
-        return self._virtual(u, at, *(at.weights * force for force in self._forces(at, z, a)[0]))
+        forces, _ = self._forces(at, self._acted(at, u[..., self.lengths]), z, a)
+        return self._virtual(u, at, *(at.weights * force for force in forces))
 
     @cached_property
     def _lengthened(self) -> np.ndarray:
         """The weights of x and y, by the lengths, (2 points, count)."""
         return np.tile(self.basis.whole.T, (2, 1))
+
+    @cached_property
+    def _alike(self) -> list[tuple[Past, slice]]:
+        """The points on which the loads are smooth, with what is past them."""
+        each, found = len(self.basis.grid.xi), list[tuple[Past, slice]]()
+        for past, phases in groupby(range(len(self.phases)), key=lambda j: self.phases[j].past):
+            first, *others = phases
+            found.append((past, slice(first * each, (first + len(others) + 1) * each)))
+        return found
+
+    def _acted(self, at: Shapes, lengths: np.ndarray) -> Acted:
+        """Return what the loads are at the points."""
+        s, loads, pressure = lengths @ self._mesh.T, self.setting.loads, self.setting.pressure
+        sbar = np.broadcast_to(lengths.sum(axis=-1, keepdims=True), s.shape)
+        theta, x, y = at.theta, at.x, at.y
+        parts = [
+            loads.at(
+                pressure,
+                theta[..., here],
+                x[..., here],
+                y[..., here],
+                s[..., here],
+                sbar[..., here],
+                past,
+            )
+            for past, here in self._alike
+        ]
+        if len(parts) == 1:
+            return parts[0]
+        return Acted(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
+
+    def _add_loads_changed(self, acting: np.ndarray, at: Shapes, acted: Acted) -> None:
+        """Add what the loads change by, x over y, as the unknowns without multipliers do."""
+        value = self.basis.tables[0]
+        points = value.shape[0]
+        for i, rows in enumerate((slice(0, points), slice(points, 2 * points))):
+            acting[..., rows, self.fields] += _columns(acted.by_theta[i]) * value
+            if acted.by_place is not None:
+                by_x, by_y, by_s, by_sbar = (_columns(part[i]) for part in acted.by_place)
+                acting[..., rows, :] += by_x * self._places_changed(at) + by_y * self._heights_changed(at)
+                acting[..., rows, self.lengths] += by_s * self._mesh + by_sbar
 
     def _pulled(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
         """Return traction and slope of the bond at the points."""
@@ -300,26 +380,38 @@ class Flap:
         return traction, slope
 
     def _forces(
-        self, at: Shapes, z: np.ndarray, a: np.ndarray
+        self, at: Shapes, acted: Acted, z: np.ndarray, a: np.ndarray
     ) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
         """Return what acts on the points, motion included, and the slope of the traction in it."""
         s, rates = self.setting, self.rates(at, z, a)
         traction, slope = self._pulled(at)
-        fx = -s.pressure * at.sine - s.drag * rates.vx - s.mass * rates.ax
-        fy = s.pressure * at.cosine - traction - s.drag * rates.vy - s.mass * rates.ay
+        fx = acted.force[0] - s.drag * rates.vx - s.mass * rates.ax
+        fy = acted.force[1] - traction - s.drag * rates.vy - s.mass * rates.ay
         return (fx, fy), slope
 
     def _virtual(self, u: np.ndarray, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
-        """Return the virtual power of forces at the points, of bending and of what holds the kinks."""
-        turned = at.sine * _adjoint(at.inward, gx) - at.cosine * _adjoint(at.inward, gy)
-        per_length = _on(self.basis.from_lengths(gx), at.cosine) + _on(self.basis.from_lengths(gy), at.sine)
-        lengthened = gx.sum(axis=-1, keepdims=True) - per_length
+        """Return the virtual power of forces at the points, of bending and of what holds the switches."""
+        hx, hy = self._resultants(at, gx, gy)
+        (kx, ky), (Fx, _) = self._by_lengths(gx, gy), self.setting.loads.tip_force
+        lengthened = gx.sum(axis=-1, keepdims=True) + Fx - _on(kx, at.cosine) - _on(ky, at.sine)
         lengthened = lengthened - (gx * at.cosine + gy * at.sine) @ self._mesh
-        power = np.concatenate([turned @ self.basis.tables[0], lengthened], axis=-1) - self._bending(u)[1]
-        if not len(self.kinks):
+        turned = (at.sine * hx - at.cosine * hy) @ self.basis.tables[0]
+        power = np.concatenate([turned, lengthened], axis=-1) - self._bending(u)[1]
+        power[..., 0] -= self.setting.loads.tip_curvature
+        if not len(self.switches):
             return power
-        held = _adjoint(self._kinks_by(at), u[..., self.multipliers])
-        return np.concatenate([power + held, self._heights(at) - self.kinks], axis=-1)
+        held = _adjoint(self._switches_by(at), u[..., self.multipliers])
+        return np.concatenate([power + held, self._switched(at) - self.switches], axis=-1)
+
+    def _resultants(self, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the sum of all forces between each point and the tip, times its weight."""
+        Fx, Fy = self.setting.loads.tip_force
+        return _adjoint(at.inward, gx) + Fx * at.weights, _adjoint(at.inward, gy) + Fy * at.weights
+
+    def _by_lengths(self, gx: np.ndarray, gy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same, times its weight per length of each phase, (count, points)."""
+        (Fx, Fy), whole = self.setting.loads.tip_force, self.basis.whole
+        return self.basis.from_lengths(gx) + Fx * whole, self.basis.from_lengths(gy) + Fy * whole
 
     def _bending(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the energy of bending and its gradient."""
@@ -341,6 +433,12 @@ class Flap:
         self._add_diagonal(changed[..., self.lengths, self.lengths], _on(moments, w) / lengths**3)
         return changed
 
+    def _places_changed(self, at: Shapes) -> np.ndarray:
+        """Return how the x at fixed fractions of the phases change with the unknowns."""
+        value = self.basis.tables[0]
+        by_fields = at.inward @ (_columns(at.sine) * value)
+        return np.concatenate([by_fields, 1.0 - self.basis.per_length(at.cosine)], axis=-1)
+
     def _heights_changed(self, at: Shapes) -> np.ndarray:
         """Return how the heights at fixed fractions of the phases change with the unknowns."""
         value = self.basis.tables[0]
@@ -350,12 +448,13 @@ class Flap:
     def _virtual_changed(self, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
         """Return how the virtual power of given forces at the points changes with the unknowns."""
         value, stop = self.basis.tables[0], self.lengths.stop
-        hx, hy = _adjoint(at.inward, gx), _adjoint(at.inward, gy)
+        hx, hy = self._resultants(at, gx, gy)
+        kx, ky = self._by_lengths(gx, gy)
         changed = np.zeros((*gx.shape[:-1], stop, stop))
         bent = hx * at.cosine + hy * at.sine
         changed[..., self.fields, self.fields] = value.T @ (_columns(bent) * value)
         sine, cosine = at.sine[..., None, :], at.cosine[..., None, :]
-        turned = self.basis.from_lengths(gx) * sine - self.basis.from_lengths(gy) * cosine
+        turned = kx * sine - ky * cosine
         changed[..., self.fields, self.lengths] = value.T @ _turned(turned)
         here = (gx * at.sine - gy * at.cosine)[..., None, :] * self._mesh.T
         changed[..., self.lengths, self.fields] = (turned + here) @ value
@@ -398,23 +497,30 @@ class Flap:
             here[..., self.lengths] += _columns(first * 2.0 * (phi - at.curvature * st)) * self._mesh
         return both
 
-    def heights(self, u: np.ndarray) -> np.ndarray:
-        """Return the heights of the ends of the phases, which the kinks hold."""
-        return self._heights(self.shapes(u))
+    def switched(self, u: np.ndarray) -> np.ndarray:
+        """Return what should be `switches`."""
+        return self._switched(self.shapes(u))
 
-    def kinks_by(self, u: np.ndarray) -> np.ndarray:
-        """Return the derivatives of `heights` by the unknowns without multipliers."""
-        return self._kinks_by(self.shapes(u))
+    def switches_by(self, u: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `switched` by the unknowns without multipliers."""
+        return self._switches_by(self.shapes(u))
+
+    def _switched(self, at: Shapes) -> np.ndarray:
+        heights = self._heights(at)[..., 1:]
+        if not self.at_points.any():
+            return heights
+        ends = np.cumsum(at.weights @ (self.basis.whole > 0.0).T, axis=-1)[..., :-1]
+        return np.where(self.at_points, ends, heights)
 
     def _heights(self, at: Shapes) -> np.ndarray:
-        """Return the heights at the starts of the phases but the first."""
+        """Return the heights at the starts of the phases."""
         falls = (at.sine * at.weights) @ (self.basis.whole > 0.0).T
         heights: np.ndarray = -np.cumsum(falls[..., ::-1], axis=-1)[..., ::-1]
-        return heights[..., 1:]
+        return heights
 
     @cached_property
     def _inside(self) -> np.ndarray:
-        """Phases from each kink to the front, (kinks, count)."""
+        """Phases from each switch to the front, (count - 1, count)."""
         return np.triu(np.ones((len(self.phases),) * 2))[1:]
 
     def _own(self, at: Shapes) -> np.ndarray:
@@ -422,16 +528,19 @@ class Flap:
         own: np.ndarray = (self.basis.whole > 0.0) * at.weights[..., None, :]
         return own
 
-    def _kinks_by(self, at: Shapes) -> np.ndarray:
-        """Return the derivatives of `_heights`, (kinks, unknowns without multipliers)."""
+    def _switches_by(self, at: Shapes) -> np.ndarray:
+        """Return the derivatives of `_switched`, (count - 1, unknowns without multipliers)."""
         by_fields = (self._inside @ (self._own(at) * at.cosine[..., None, :])) @ self.basis.tables[0]
         by_lengths = self._inside * (at.sine @ self.basis.whole.T)[..., None, :]
-        return -np.concatenate([by_fields, by_lengths], axis=-1)
+        by = -np.concatenate([by_fields, by_lengths], axis=-1)
+        by[..., self.at_points, self.fields] = 0.0
+        by[..., self.at_points, self.lengths] = 1.0 - self._inside[self.at_points]
+        return by
 
-    def _kinks_curved(self, at: Shapes, multipliers: np.ndarray) -> np.ndarray:
+    def _switches_curved(self, at: Shapes, multipliers: np.ndarray) -> np.ndarray:
         """Return the derivatives of those times the multipliers."""
         value, whole, stop = self.basis.tables[0], self.basis.whole, self.lengths.stop
-        pressed = multipliers @ self._inside
+        pressed = np.where(self.at_points, 0.0, multipliers) @ self._inside
         curved = np.zeros((*at.theta.shape[:-1], stop, stop))
         bent = _adjoint(self._own(at), pressed) * at.sine
         curved[..., self.fields, self.fields] = value.T @ (_columns(bent) * value)
@@ -451,31 +560,43 @@ class Flap:
 
     def read(self, u: np.ndarray, z: np.ndarray) -> Reading:
         """Return what states with these rates hold, and by how much the identity is missed."""
-        s, at, tip = self.setting, self.shapes(u), self.tip(u)
+        s, at, tip, loads = self.setting, self.shapes(u), self.tip(u), self.setting.loads
         rates = self.rates(at, z, self.second(u, z) if s.mass else np.zeros_like(z))
         heights = (s.ratio * at.y).reshape(*at.y.shape[:-1], len(self.pieces), -1)
         opened = [piece(heights[..., j, :]).work for j, piece in enumerate(self.pieces)]
-        drive = s.pressure * tip.y - self.pieces[0](np.asarray(s.ratio * tip.y)).work / s.ratio
-        resisting_x = s.mass * rates.ax + s.drag * rates.vx
-        resisting_y = s.mass * rates.ay + s.drag * rates.vy
+        first = self.first_bonded
+        opened_to = self.pieces[first](s.ratio * self._heights(at)[..., first]).work / s.ratio
+        acted = self._acted(at, u[..., self.lengths])
+        net_x = acted.force[0] - s.mass * rates.ax - s.drag * rates.vx
+        net_y = acted.force[1] - s.mass * rates.ay - s.drag * rates.vy
         speeds = rates.vx**2 + rates.vy**2
-        resisted = resisting_x * (1.0 - at.cosine) - resisting_y * at.sine
+        driven = (at.weights * (net_x * (1.0 - at.cosine) - net_y * at.sine)).sum(axis=-1)
         return Reading(
             front=u[..., self.lengths].sum(axis=-1),
             tip=tip,
             kinetic=0.5 * s.mass * (at.weights * speeds).sum(axis=-1),
-            bending=self._bending(u)[0],
+            bending=self._bending(u)[0] + loads.natural_curvature * tip.angle,
             separation=(at.weights * np.concatenate(opened, axis=-1)).sum(axis=-1) / s.ratio,
-            identity=drive - (at.weights * resisted).sum(axis=-1),
+            identity=driven + loads.at_tip(tip.angle) - opened_to,
             speed=np.sqrt(speeds.max(axis=-1)),
         )
 
     def powers(self, u: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Return the power of the pressure, and what drag takes of it, (..., 2)."""
-        at, s = self.shapes(u), self.setting
+        """Return the power of the loads, and what drag takes of it, (..., 2)."""
+        at, s, loads = self.shapes(u), self.setting, self.setting.loads
         vx, vy = self._carried(at, z)
-        pressing = s.pressure * (at.weights * (vy * at.cosine - vx * at.sine)).sum(axis=-1)
-        return np.stack([pressing, s.drag * (at.weights * (vx**2 + vy**2)).sum(axis=-1)], axis=-1)
+        force = self._acted(at, u[..., self.lengths]).force
+        loading = (at.weights * (force[0] * vx + force[1] * vy)).sum(axis=-1)
+        tip_x, tip_y = self._tip_carried(at, z)
+        loading += loads.tip_force[0] * tip_x + loads.tip_force[1] * tip_y + loads.moment * z[..., 0]
+        return np.stack([loading, s.drag * (at.weights * (vx**2 + vy**2)).sum(axis=-1)], axis=-1)
+
+    def _tip_carried(self, at: Shapes, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the velocity of the tip."""
+        (phi, _), spread = self._moved(z), z[..., self.lengths]
+        along, across = spread @ self.basis.whole, at.weights * phi
+        x = spread.sum(axis=-1) + (across * at.sine - along * at.cosine).sum(axis=-1)
+        return x, -(across * at.cosine + along * at.sine).sum(axis=-1)
 
     def outline(self, u: np.ndarray, many: int, z: np.ndarray | None = None) -> np.ndarray:
         """Return s, theta, x, y and the spin at so many Chebyshev points of every phase, (phases, n, 5)."""
@@ -498,31 +619,31 @@ class Flap:
 
     def rate(self, u: np.ndarray) -> np.ndarray:
         """Return the rates of the unknowns of a rod without mass."""
-        return self._driven(u, np.zeros_like(u), self.setting.drag, np.zeros(len(self.kinks)))
+        return self._driven(u, np.zeros_like(u), self.setting.drag, np.zeros(len(self.switches)))
 
     def second(self, u: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return the rates of the rates of a rod with mass."""
         at, moving = self.shapes(u), z[..., : self.lengths.stop]
         bends = [
-            (moving * _on(self._kinks_curved(at, one), moving)).sum(axis=-1)
-            for one in np.eye(len(self.kinks))
+            (moving * _on(self._switches_curved(at, one), moving)).sum(axis=-1)
+            for one in np.eye(len(self.switches))
         ]
         return self._driven(u, z, self.setting.mass, np.stack(bends, axis=-1) if bends else np.zeros(0))
 
     def _driven(self, u: np.ndarray, z: np.ndarray, resists: float, bends: np.ndarray) -> np.ndarray:
-        """Return what is driven against drag or mass by all the rest, with the kinks at their heights."""
-        moving, kinks = slice(0, self.lengths.stop), self.multipliers
+        """Return what is driven against drag or mass by all the rest, with the switches where they are."""
+        moving, held_by = slice(0, self.lengths.stop), self.multipliers
         unpressed = u.copy()
-        unpressed[..., kinks] = 0.0
+        unpressed[..., held_by] = 0.0
         residual, at = self.residual(unpressed, z, np.zeros_like(u)), self.shapes(u)
-        carriers, held = self._carriers(at), self._kinks_by(at)
+        carriers, held = self._carriers(at), self._switches_by(at)
         w = _columns(np.concatenate([at.weights, at.weights], axis=-1))
         matrix = np.zeros((*u.shape, self.size))
         matrix[..., moving, moving] = resists * _turned(w * carriers) @ carriers
-        matrix[..., moving, kinks], matrix[..., kinks, moving] = -_turned(held), held
-        residual[..., kinks] = -bends
+        matrix[..., moving, held_by], matrix[..., held_by, moving] = -_turned(held), held
+        residual[..., held_by] = -bends
         driven: np.ndarray = np.linalg.solve(matrix, residual[..., None])[..., 0]
-        driven[..., kinks] = 0.0
+        driven[..., held_by] = 0.0
         return driven
 
     def tip(self, u: np.ndarray) -> TipPath:

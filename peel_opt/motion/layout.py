@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 
 from ..base.errors import NotConverged
-from .flap import Flap
+from .flap import Flap, Phase
 from .run import Posture, Setting
 
 #: Length, over eta, of a stretch beyond a kink from which it is a phase of its own, and below which a phase
@@ -73,16 +74,18 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
 
     ``sunk`` is how far the tip is below the plate, or the lowest point between it and the front.
     """
-    kinks = np.array([-np.inf, *flap.setting.law.kinks, np.inf]) / flap.setting.ratio
     many = LOOKED * flap.basis.degree
     outline = flap.outline(u, many)
     beyond, sunk = [-np.inf], -outline[0, 0, 3]
+    # Phases that begin or end where nothing happens at a height of its own: there a height leaves first.
+    begins, ends = np.append(True, flap.at_points), np.append(flap.at_points, False)
     for j, phase in enumerate(outline):
-        low, high = kinks[flap.phases[j] : flap.phases[j] + 2]
+        low, high = _between(flap.setting, flap.phases[j])
         heights = phase[:, 3]
-        if j == 0:  # the tip leaves first
-            margin = BORN[0] * abs(np.sin(phase[0, 1]))
-            beyond += [heights[0] - high - margin, low - heights[0] - margin]
+        for at_end, i in ((begins[j], 0), (ends[j], -1)):
+            if at_end:
+                margin = BORN[0] * abs(np.sin(phase[i, 1]))
+                beyond += [heights[i] - high - margin, low - heights[i] - margin]
         turns = np.flatnonzero((heights[1:-1] - heights[:-2]) * (heights[2:] - heights[1:-1]) <= 0.0) + 1
         for i in turns.tolist():
             top = heights[i] >= heights[i - 1]
@@ -93,6 +96,8 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
                 beyond.append((height - high if top else low - height) - born)
                 sunk = sunk if top else max(sunk, -height - born - FLAT)
     lengths = u[flap.lengths]
+    sbar, met = float(lengths.sum()), flap.phases[-1].past
+    beyond += [sbar - s - BORN[0] for name, s in flap.setting.loads.breaks if name not in met]
     long = [
         length - most
         for length, own in zip(lengths, flap.degrees, strict=True)
@@ -101,10 +106,30 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
     ]
     return Excess(
         float(max(beyond)),
-        float(max(DEAD[0] - lengths[0], (DEAD[1] - lengths[1:]).max())) if len(lengths) > 1 else -np.inf,
+        float(np.max(_dead(begins, ends) - lengths)),
         float(max(long, default=-np.inf)),
         float(sunk),
     )
+
+
+def _between(setting: Setting, phase: Phase) -> tuple[float, float]:
+    """Return the heights over eta between which a phase stays on its piece of the law."""
+    if phase.piece is None:
+        return -math.inf, math.inf
+    kinks = [-math.inf, *setting.law.kinks, math.inf]
+    low, high = kinks[phase.piece : phase.piece + 2]
+    return low / setting.ratio, high / setting.ratio
+
+
+def _dead(begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the lengths below which phases end: those between two material points do not."""
+    ends_too = np.append(ends[:-1], True)
+    alone = begins & ends_too
+    dead = np.where(begins | ends, DEAD[0], DEAD[1])
+    dead[alone] = -np.inf
+    if len(dead) > 1 and alone[-1]:  # the front has come back to a material point
+        dead[-1] = DEAD[0]
+    return dead
 
 
 def _turning(phase: np.ndarray, i: int) -> tuple[float, float]:
@@ -184,8 +209,9 @@ def laid_out(
         ends = np.cumsum(lengths)
         s = np.concatenate([end - length * (1.0 - xi) for end, length in zip(ends, lengths, strict=True)])
         fields = np.linalg.lstsq(value, theta(s), rcond=None)[0]
-        u = np.concatenate([fields, lengths, np.zeros(len(flap.kinks))])
-        moved = (flap.kinks - flap.heights(u)) / np.sin(theta(ends[:-1]))
+        u = np.concatenate([fields, lengths, np.zeros(len(flap.switches))])
+        moved = flap.switches - flap.switched(u)
+        moved[~flap.at_points] /= np.sin(theta(ends[:-1][~flap.at_points]))
         lengths = lengths + np.append(moved, 0.0) - np.append(0.0, moved)
         if np.abs(moved).max(initial=0.0) < PLACED * sbar:
             break
@@ -199,7 +225,7 @@ def laid_out(
         own = np.repeat(np.eye(count), len(xi), axis=0)
         bent = slope @ fields / (own @ lengths)
         mesh = own @ np.tril(np.ones((count, count))) - own * np.tile(1.0 - xi, count)[:, None]
-        held = flap.kinks_by(u)
+        held = flap.switches_by(u)
         matrix = np.vstack([np.hstack([value, -bent[:, None] * mesh]), held])
         z[: flap.lengths.stop] = np.linalg.lstsq(matrix, np.append(spin(s), np.zeros(len(held))), rcond=None)[
             0
@@ -207,22 +233,40 @@ def laid_out(
     return flap, u, z
 
 
-def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[int, ...], np.ndarray]:
-    """Return the pieces of the law from the tip on, and how long the rod is on each."""
-    kinks = np.array(setting.law.kinks) / setting.ratio
-    if not len(kinks):
-        return (0,), np.array([sbar])
+def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[Phase, ...], np.ndarray]:
+    """Return the phases of the rod from the tip on, and how long each is."""
+    points = [(name, s) for name, s in setting.loads.breaks if s < sbar - KEPT[0]]
+    if not points and not setting.law.kinks:
+        return (Phase(0),), np.array([sbar])
     s = np.linspace(0.0, sbar, 1 + 2 * math.ceil(sbar / FINE))
     falls = cumulative_simpson(np.sin(theta(s)), x=s, initial=0.0)
-    y = falls - falls[-1]
+    y, past = falls - falls[-1], frozenset[str]()
+    runs: list[tuple[Phase, float]] = []
+    ends = np.array([0.0, *(point for _, point in points), sbar])
+    for j, (start, stop) in enumerate(pairwise(ends.tolist())):
+        past |= {points[j - 1][0]} if j else frozenset()
+        if setting.loads.unbonded and "unbonded" not in past:
+            runs.append((Phase(None, past), start))
+            continue
+        here = np.append(np.append(start, s[(s > start) & (s < stop)]), stop)
+        pieces = _runs(setting, here, np.interp(here, s, y), to_front=stop == sbar)
+        runs += [(Phase(piece, past), place) for piece, place in pieces]
+    phases, starts = zip(*runs, strict=True)
+    return phases, np.diff([*starts, sbar])
+
+
+def _runs(setting: Setting, s: np.ndarray, y: np.ndarray, *, to_front: bool) -> list[tuple[int, float]]:
+    """Return the pieces of the law that heights run through, and where each begins."""
+    kinks = np.array(setting.law.kinks) / setting.ratio
     piece = np.searchsorted(kinks, y)
-    runs = [(int(piece[0]), 0.0)]
+    runs = [(int(piece[0]), float(s[0]))]
     for i in np.flatnonzero(np.diff(piece)):
         kink = kinks[min(piece[i], piece[i + 1])]
         where = s[i] + (s[i + 1] - s[i]) * (kink - y[i]) / (y[i + 1] - y[i])
         if where - runs[-1][1] < KEPT[len(runs) > 1]:  # too short for a phase
             del runs[-1]
         if not runs or runs[-1][0] != piece[i + 1]:
-            runs.append((int(piece[i + 1]), float(where) if runs else 0.0))
-    phases, starts = zip(*runs, strict=True)
-    return phases, np.diff([*starts, sbar])
+            runs.append((int(piece[i + 1]), float(where) if runs else float(s[0])))
+    if len(runs) > 1 and not to_front and s[-1] - runs[-1][1] < KEPT[0]:
+        del runs[-1]
+    return runs

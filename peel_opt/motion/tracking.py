@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..base.errors import NotConverged
+from .departure import leaves
 from .flap import Flap, Reading
 from .layout import along, excess, laid_out, through
 from .radau import Integrator, Step, tableau
@@ -31,9 +32,12 @@ FIRST, AFTER = 0.1, 0.01
 #: Time that passes first in new phases, over the time unit.
 RELAXED = 1e-7
 
-#: Fastest point, eta per time unit, of a rod that is at rest, and tip angle [rad] of one that may be: close
-#: to T0 an unfolded state is left as slowly.
-REST, FOLDED = 1e-8, -0.5 * math.pi
+#: Fastest point, eta per time unit, of a rod that is at rest, and by what it must have been faster before: an
+#: unstable state may be left as slowly.
+REST, SLOWED = 1e-8, 1e3
+
+#: Tip angle [rad] from which on a rod at rest is folded.
+FOLDED = -0.5 * math.pi
 
 #: Height of a tip over eta that is on the plate.
 LANDED = 1e-6
@@ -56,6 +60,9 @@ STALLED, PASSED = 100, 1e-4
 
 #: Shortest detached length over eta that is still followed as it closes.
 CLOSED = 0.2
+
+#: Shortest one beyond an edge that was never glued.
+EDGE = 5e-3
 
 
 @dataclass(eq=False)
@@ -91,7 +98,7 @@ def track(
     h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
     _keep(log, flap, np.array([t]), u[None], z[None], np.zeros((1, 2)))
     log.name("start", t, float(u[flap.lengths].sum()), flap.tip(u))
-    times = deque([t], maxlen=STALLED)
+    times, fastest = deque([t], maxlen=STALLED), 0.0
     for _ in range(MOST_STEPS):
         system = Integrator(flap, bool(setting.mass), tol)
         step, h = system.advance(t, u, z, min(h, until.time - t), before)
@@ -120,13 +127,18 @@ def track(
             t, u, z = _relaxed(flap, t, u, z, tol)
             h, before = step.length if flap.phases == visited else min(AFTER, step.length), None
             continue
-        if not kind and until.arrest and reading.speed[-1] < REST and tip.angle < FOLDED:
-            kind = "arrest"
+        fastest = max(fastest, float(reading.speed.max()))
+        if not kind and until.arrest and reading.speed[-1] < min(REST, fastest / SLOWED):
+            kind = "arrest" if tip.angle < FOLDED or not leaves(flap, u) else ""
         if not kind and until.arrest and goes_round(log.events):
             kind = "cycle"
         if not kind and t >= until.time:
             kind = "time"
         if kind:
+            if kind == "closes" and setting.loads.unbonded:
+                raise NotConverged(
+                    f"at t = {t:.6g} the front has come back to the edge that was never glued."
+                )
             log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, front, tip)
             return _finished(log, flap, u, z, _outcome(kind, tip, float(first)))
     raise NotConverged(
@@ -162,7 +174,8 @@ def _outcome(kind: str, tip: TipPath, first: float) -> str:
     """Return in what a run ends that was ended by some event."""
     if kind == "contact" and tip.y < LANDED and abs(tip.angle) < max(abs(first), 0.5 * math.pi):
         return "closes"
-    return {"time": "not settled", "cycle": "flapping", "arrest": "folded"}.get(kind, kind)
+    rest = "folded" if tip.angle < FOLDED else "standing"
+    return {"time": "not settled", "cycle": "flapping", "arrest": rest}.get(kind, kind)
 
 
 def goes_round(events: list[Happening]) -> bool:
@@ -191,8 +204,9 @@ def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | N
     def beyond(u: np.ndarray) -> dict[str, float]:
         """By how much, for everything that ends it: a run is there where one gets positive."""
         length, found = float(u[flap.lengths].sum()), excess(flap, u)
-        ends = {"contact": found.sunk, "closes": CLOSED - length, "end of rod": length - setting.length}
-        return ends | ({"phases": found.most} if setting.law.kinks else {})
+        closed = CLOSED if not setting.loads.unbonded else setting.loads.unbonded + EDGE
+        ends = {"contact": found.sunk, "closes": closed - length, "end of rod": length - setting.length}
+        return ends | ({"phases": found.most} if setting.law.kinks or setting.loads.breaks else {})
 
     times = step.start + step.length * np.append(0.0, BETWEEN)
     looks = [beyond(u) for u in step.at(times)[0]]

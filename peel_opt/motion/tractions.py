@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -63,3 +64,7 @@ def _compiled(piece: Piece) -> ca.Function:
     u = ca.SX.sym("u")
     drop = ca.SX(piece.drop(u))
     return ca.Function("drop", [u], [drop, ca.jacobian(drop, u)])
+
+
+#: What holds rod that was never glued.
+NOTHING = Traction(Piece(-math.inf, math.inf, Affine(1.0, 0.0)))

@@ -12,16 +12,21 @@ import peel_opt as po
 from peel_opt.model.bond import COHESIVE
 from peel_opt.model.named_laws import exponential
 from peel_opt.motion.departure import stretched
-from peel_opt.motion.flap import Flap
+from peel_opt.motion.flap import Flap, Phase
 from peel_opt.motion.layout import BORN, excess, laid_out, through
 from peel_opt.motion.radau import Integrator
 from peel_opt.motion.run import Setting
 
 
+def on(*pieces: int) -> tuple[Phase, ...]:
+    """Phases of the paper's scene, on these pieces of its law."""
+    return tuple(Phase(piece) for piece in pieces)
+
+
 @pytest.mark.parametrize("phases", [(0,), (1, 0), (0, 1, 0)])
 @pytest.mark.parametrize("mass", [0.0, 1.0])
 def test_the_derivatives_are_those_of_the_residual(phases: tuple[int, ...], mass: float) -> None:
-    flap = Flap(Setting(0.7, COHESIVE, 0.6, mass, 0.8), phases, (7, 5, 7)[: len(phases)])
+    flap = Flap(Setting(0.7, COHESIVE, 0.6, mass, 0.8), on(*phases), (7, 5, 7)[: len(phases)])
     rng = np.random.default_rng(len(phases))
     u, z, a = 0.3 * rng.normal(size=(3, flap.size))
     u[flap.lengths] = 1.0 + rng.random(len(phases))
@@ -92,7 +97,7 @@ def dipping(turns: float, length: float = 5.0) -> tuple[np.ndarray, float, float
         zeta = length - s
         return -0.02 * zeta**2 * (zeta - 2.0) * (zeta - turns)
 
-    flap = Flap(Setting(1.0, COHESIVE, 0.9, 0.0, 1.0), (0,), (31,))
+    flap = Flap(Setting(1.0, COHESIVE, 0.9, 0.0, 1.0), on(0), (31,))
     xi, value, _, _ = flap.basis.looked(200)
     u = np.append(np.linalg.lstsq(value, theta(length * xi), rcond=None)[0], length)
     height = quad(lambda s: -math.sin(theta(s)), length - turns, length, epsabs=1e-13)[0]
@@ -104,7 +109,7 @@ def test_a_dip_into_the_range_of_the_bond_is_seen_from_where_it_begins(beyond: f
     u, height, bend = dipping(2.912345)  # between the points at which heights are looked at
     depth = 0.125 * bend * BORN[1] ** 2  # of an arc that is BORN long
     ratio = 1.0 / (height + (1.0 + beyond) * depth)
-    found = excess(Flap(Setting(ratio, COHESIVE, 0.9, 0.0, 1.0), (1,), (31,)), u)
+    found = excess(Flap(Setting(ratio, COHESIVE, 0.9, 0.0, 1.0), on(1), (31,)), u)
     assert found.most == found.beyond == pytest.approx(beyond * depth, abs=1e-10)
 
 
@@ -112,6 +117,6 @@ def test_a_dip_into_the_range_of_the_bond_is_seen_from_where_it_begins(beyond: f
 def test_a_rod_that_sinks_below_its_plate_between_tip_and_front_is_seen(turns: float) -> None:
     u, height, bend = dipping(turns)
     assert (height < 0.0) == (turns > 3.0)
-    flap = Flap(Setting(0.01, COHESIVE, 0.9, 0.0, 1.0), (0,), (31,))
+    flap = Flap(Setting(0.01, COHESIVE, 0.9, 0.0, 1.0), on(0), (31,))
     lowest = max(-height - 0.125 * bend * BORN[1] ** 2, -float(flap.tip(u).y))
     assert excess(flap, u).sunk == pytest.approx(lowest, abs=1e-9)
