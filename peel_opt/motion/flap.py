@@ -358,7 +358,11 @@ class Flap:
         ]
         if len(parts) == 1:
             return parts[0]
-        return Acted(*(np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)))
+        force, by_theta = (
+            np.concatenate(each, axis=-1) for each in zip(*(part[:2] for part in parts), strict=True)
+        )
+        by_place = [part.by_place for part in parts if part.by_place is not None]
+        return Acted(force, by_theta, np.concatenate(by_place, axis=-1) if by_place else None)
 
     def _add_loads_changed(self, acting: np.ndarray, at: Shapes, acted: Acted) -> None:
         """Add what the loads change by, x over y, as the unknowns without multipliers do."""
