@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgbsv
+from scipy.linalg.lapack import dgbtrf, dgbtrs
 
 from .acting import PRESSURE_ALONE, Acted, Loads, Past
 from .memory import Memory
@@ -36,6 +36,9 @@ from .memory import Memory
 UNKNOWNS = 5
 X, Z, THETA, NX, NY = range(UNKNOWNS)
 FX, FY, TURN, RX, RY = range(UNKNOWNS)
+
+#: Ratio of two corrections from which on the derivatives are taken anew.
+SLOW = 0.1
 
 
 class Stage(NamedTuple):
@@ -238,24 +241,38 @@ class Chain:
         return band.reshape(band.shape[0], -1)
 
     def solve(
-        self, u: np.ndarray, stage: Stage, open_to: np.ndarray, *, most: int = 14, tol: float = 1e-9
+        self, u: np.ndarray, stage: Stage, open_to: np.ndarray, *, most: int = 20, tol: float = 1e-9
     ) -> np.ndarray | None:
-        """Solve the balances of a stage from a guess; None where Newton's method does not settle."""
+        """Solve the balances of a stage from a guess; None where Newton's method does not settle.
+
+        Derivatives are taken anew where a node has left the plate or come down on it, and where corrections
+        shrink slowly.
+        """
         stiffness = stage.stiffness(self)
         u = _pressed(u, 1.0 / stiffness)
+        free, factors, last, diagonals = u[:, Z] > 0.0, None, 1.0, self.diagonals
         for _ in range(most):
-            rows, band = self.residual(u, stage, open_to), self.derivatives(u, stage, open_to)
-            _, _, update, info = dgbsv(
-                self.diagonals, self.diagonals, band, -rows.ravel(), overwrite_ab=True, overwrite_b=True
-            )
-            if info != 0 or not np.abs(update).max() < 1e3:
+            if factors is None:
+                band = self.derivatives(u, stage, open_to)
+                *factors, info = dgbtrf(band, diagonals, diagonals, overwrite_ab=True)
+                if info != 0:
+                    return None
+            rows = self.residual(u, stage, open_to)
+            update, _ = dgbtrs(factors[0], diagonals, diagonals, -rows.ravel(), factors[1], overwrite_b=True)
+            if not np.abs(update).max() < 1e3:
                 return None
             change = update.reshape(u.shape)
             u = u + change
-            if np.abs(change[:, THETA]).max() < tol and np.abs(change[:, :2]).max() < tol:
-                return _pressed(u, stiffness)
             if np.abs(change[:, THETA]).max() > 2.0:
                 return None
+            size, was_free, free = float(np.abs(change[:, :3]).max()), free, u[:, Z] > 0.0
+            same, shrunk = np.array_equal(free, was_free), size / last
+            # The next correction is less than this one times what this one is of the last.
+            if same and (size < tol or (shrunk < SLOW and size * shrunk < tol)):
+                return _pressed(u, stiffness)
+            if not same or shrunk > SLOW:
+                factors = None
+            last = size
         return None
 
 

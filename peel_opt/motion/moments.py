@@ -56,6 +56,8 @@ class Moment:
         The step that led here; infinite where what was before does not count.
     r_before, v_before : ndarray, shape (2, n)
         Places and velocities before it.
+    u_before : ndarray, shape (n, 5)
+        Unknowns before it.
     front, front_before : float
         Where the front is, and where it was before that step, if a load asks.
     """
@@ -69,6 +71,7 @@ class Moment:
     dt: float
     r_before: np.ndarray
     v_before: np.ndarray
+    u_before: np.ndarray
     front: float = math.inf
     front_before: float = math.inf
 
@@ -94,6 +97,7 @@ class Moment:
             open_to=np.concatenate([self.open_to, still[0]]),
             r_before=np.concatenate([self.r_before, stuck], axis=1),
             v_before=np.concatenate([self.v_before, still], axis=1),
+            u_before=np.concatenate([self.u_before, more]),
         )
 
 
@@ -160,14 +164,35 @@ def step(chain: Chain, at: Moment, dt: float, pressure: float) -> Moment | None:
         max(at.front + ratio * (at.front - at.front_before), 0.5 * chain.h) if chain.asks_front else math.inf
     )
     stage = Stage(dt / lead, base, base_v, pressure, front)
-    u = chain.solve(at.u, stage, at.open_to)
+    u = chain.solve(_guessed(at, ratio), stage, at.open_to)
     if u is None:
         return None
     r = chain.places(u)
     v = (r - base) / stage.span
     a = (v - base_v) / stage.span if chain.mass else np.zeros_like(v)
-    after = Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v)
+    after = Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v, at.u)
     return _known_front(chain, after, at.front)
+
+
+def _guessed(at: Moment, ratio: float) -> np.ndarray:
+    """Return the unknowns after a step so much longer than the last, as they went on in that.
+
+    What lies on the plate is bounded by edges that run over several nodes in a step.  Newton's method would
+    move them by one node at a time.
+    """
+    u = at.u + ratio * (at.u - at.u_before)
+    free, before = at.u[:, Z] > 0.0, at.u_before[:, Z] > 0.0
+    edges, were = np.flatnonzero(free[1:] != free[:-1]), np.flatnonzero(before[1:] != before[:-1])
+    if len(edges) != len(were) or free[0] != before[0]:
+        return u
+    passed = np.clip(np.rint(edges + ratio * (edges - were)), -1, len(u) - 1).astype(int) + 1
+    if np.any(np.diff(passed) <= 0):
+        return u
+    turns = np.zeros(len(u) + 1, int)
+    turns[passed] = 1
+    free = (np.cumsum(turns)[:-1] % 2 == 1) != free[0]
+    u[:, Z] = np.where(free, np.maximum(u[:, Z], TINY), np.minimum(u[:, Z], -TINY))
+    return u
 
 
 def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
@@ -239,7 +264,7 @@ def begun(chain: Chain, start: Posture, longest: float) -> Moment:
     if not chain.mass:
         v[:] = 0.0
     r = chain.places(u)
-    return _known_front(chain, Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v))
+    return _known_front(chain, Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v, u))
 
 
 @dataclass(eq=False)
