@@ -215,14 +215,13 @@ def ask_scene(
     )
 
 
-def refuse_options(**options: object) -> None:
-    """Raise where a question about a scene names what the scene has, or what is for rods only."""
-    words = {
-        "law": "a scene has its own law: give it as Scene(..., law=...).",
-    }
-    for name, value in options.items():
-        if value != "auto":
-            raise InvalidInput(f"{name} cannot be given here: {words[name]}", remedy=f"Leave out {name}=.")
+def refuse_options(*, law: object) -> None:
+    """Raise where a question about a scene names a law, which the scene has."""
+    if law != "auto":
+        raise InvalidInput(
+            "law cannot be given here: a scene has its own law: give it as Scene(..., law=...).",
+            remedy="Leave out law=.",
+        )
 
 
 def scene_method(method: str | Method | Transcription) -> Method:

@@ -261,7 +261,7 @@ class Units:
             return cls("sbar", "k/sbar^3", "k/sbar^2", "k")
         if rod.dimensionless:
             return cls("eta", "T0", "T0 eta", "T0 eta^3")
-        return cls("m", "Pa", "N/m", "N m")
+        return SI
 
     def of_number(self, name: str) -> str:
         """Return the unit of a number by its name, empty if it has none."""
@@ -274,6 +274,10 @@ class Units:
     def rod(self, rod: Rod | None) -> dict[str, float]:
         """Return the numbers of a rod with the unit in the key, none without one."""
         return {} if rod is None else {f"{k} [{self.of_number(k)}]": getattr(rod, k) for k in MATERIAL}
+
+
+#: Units of a rod whose numbers are in SI.
+SI = Units("m", "Pa", "N/m", "N m")
 
 
 def rod_from(head: Mapping[str, Any]) -> Rod | None:

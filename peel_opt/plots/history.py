@@ -13,7 +13,7 @@ from .dispatch import drawn_by
 from .motion import plot_equilibria
 from .motion_panels import LOST, bracketed, energy_unit
 from .mpl import finish
-from .words import length_unit, pressure_unit, time_unit
+from .words import axis_unit, length_unit, pressure_unit
 
 
 @drawn_by.register
@@ -103,7 +103,7 @@ def _plot_front(run: History, ax: Axes) -> None:
 
 def _along(run: History, ax: Axes) -> np.ndarray:
     """Return the times of a history in the unit of the axis, which is named on it."""
-    times = time_unit(run.time_unit, float(run.t[-1]))
+    times = axis_unit(run.time_unit, float(run.t[-1]))
     ax.set_xlim(0.0, float(run.t[-1]) / times.size)
     ax.set_xlabel(times.axis("t"))
     return run.t / times.size

@@ -11,7 +11,7 @@ from ..motion.history import History
 from ..motion.trajectory import Snap
 from .frame import Frame, stage
 from .panels import Axis, Line, Mark, Panel, room
-from .words import AxisUnit, length_unit, prefixed, quantity, time_unit
+from .words import AxisUnit, axis_unit, length_unit, prefixed, quantity
 
 #: Change of the tip angle [rad] by which a motion has begun, and to which it is over, on a picture.
 SEEN = 0.02
@@ -63,7 +63,7 @@ class MotionPanels:
     def times_in(self) -> AxisUnit:
         """The unit of times."""
         begin, end = seen(self.motion)
-        return time_unit(self.motion.time_unit, end - begin)
+        return axis_unit(self.motion.time_unit, end - begin)
 
     @cached_property
     def title(self) -> str:

@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from scipy import stats
 
 from ..base.errors import InvalidInput
-from ..model.rod import Rod
 from ..studies.uncertainty.result import LINEAR_ENOUGH, Propagated, percent
 from . import style
 from .axes import axes_or, own_axes
 from .dispatch import drawn_by
 from .mpl import finish
-from .words import AxisUnit, length_unit, pressure_unit
+from .words import axis_unit
 
 SYMBOLS = {
     "pressure": "p",
@@ -54,7 +53,7 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     if values.size < 2 or np.ptp(values) == 0.0:
         raise InvalidInput(f"too few samples of {found.name} have an answer to draw their distribution.")
     ax = axes_or(ax, own_axes(6.4, 4.2))
-    unit = _unit(found)
+    unit = axis_unit(found.unit, float(np.abs(values).max()))
     values = values / unit.size
     bins = min(60, max(12, round(math.sqrt(values.size))))
     ax.hist(values, bins=bins, density=True, color=style.ROD, alpha=0.18, label=f"{values.size} samples")
@@ -85,12 +84,6 @@ def plot_spread(found: Propagated, ax: Axes | None = None) -> Axes:
     ax.set_title("\n".join(_lines(found)), fontsize=style.SMALL, loc="left")
     ax.spines[["top", "right"]].set_visible(False)
     return finish(ax, columns=3)
-
-
-def _unit(found: Propagated) -> AxisUnit:
-    largest = float(np.abs(found.found).max())
-    rod = Rod(2.0, 2.0, 2.0) if found.unit in ("Pa", "m") else Rod.from_ratio(1.0)
-    return (pressure_unit if found.name.endswith("pressure") else length_unit)(rod, largest)
 
 
 def _lines(found: Propagated) -> list[str]:

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..base.errors import InvalidInput
-from ..model.rod import Rod
 from ..studies.sweep.table import Sweep
 from . import style
 from .axes import axes_or, own_axes
@@ -16,7 +15,7 @@ from .diagram import LABELS
 from .dispatch import drawn_by
 from .legible import contrast, paper
 from .mpl import finish
-from .words import AxisUnit, length_unit, prefixed, pressure_unit
+from .words import AxisUnit, axis_unit, prefixed
 
 #: Up to so many values of one axis are drawn as curves, more as level lines.
 MOST_CURVES = 7
@@ -33,7 +32,6 @@ _SYMBOLS = LABELS | {
     "adhesion_range": "$y_0$",
     "condition": "condition of the question",
 }
-_SI = Rod(2.0, 2.0, 2.0)  # any rod with units
 
 
 @drawn_by.register
@@ -168,15 +166,7 @@ def _unit(sweep: Sweep, name: str, values: np.ndarray) -> AxisUnit:
     unit = sweep.unit(name)
     if name in sweep.scene_units:
         return _unit_in_scene(unit, largest)
-    if unit == "m":
-        return length_unit(_SI, largest)
-    if unit == "Pa":
-        return pressure_unit(_SI, largest)
-    if unit == "N m":
-        metre = length_unit(_SI, largest)
-        return AxisUnit(metre.size, f"{metre.name[:-1]}N m")
-    symbols = {"eta": r"\eta", "T0": "T_0", "T0 eta^3": r"(T_0\eta^3)"}
-    return AxisUnit(1.0, symbols.get(unit, unit), is_symbol=bool(unit))
+    return axis_unit(unit, largest) if unit else AxisUnit(1.0, "")
 
 
 def _unit_in_scene(unit: str, largest: float) -> AxisUnit:

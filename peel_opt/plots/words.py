@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ..equilibria.result import Equilibrium
 from ..model.labels import DISQUALIFYING, FLAGS
 from ..model.mixed_bonds import LINE
-from ..model.rod import Rod
+from ..model.rod import Rod, Units
 
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -56,27 +56,24 @@ class AxisUnit:
         return f"${quantity}/{self.name}$" if self.is_symbol else f"${quantity}$ [{self.name}]"
 
 
+#: Units that a rod brings, as mathematics.
+_OWN = {"sbar": r"\bar s", "eta": r"\eta", "T0": "T_0", "T0 eta^3": r"(T_0\eta^3)"}
+_OWN |= {"tau": r"\tau", "c eta/T0": r"(c\eta/T_0)"}
+
+
+def axis_unit(name: str, largest: float) -> AxisUnit:
+    """Return the unit of an axis of values up to ``largest``, by its name: SI with a prefix, or a symbol."""
+    return AxisUnit(1.0, _OWN[name], is_symbol=True) if name in _OWN else prefixed(largest, name)
+
+
 def length_unit(rod: Rod | None, extent: float) -> AxisUnit:
     """Return the unit in which a picture of a rod, ``extent`` across, is drawn."""
-    if rod is None:
-        return AxisUnit(1.0, r"\bar s", is_symbol=True)
-    if rod.dimensionless:
-        return AxisUnit(1.0, r"\eta", is_symbol=True)
-    return prefixed(extent, "m")
+    return axis_unit(Units.of(rod).length, extent)
 
 
 def pressure_unit(rod: Rod, largest: float) -> AxisUnit:
     """Return the unit of an axis of pressures up to ``largest``."""
-    if rod.dimensionless:
-        return AxisUnit(1.0, "T_0", is_symbol=True)
-    return prefixed(largest, "Pa")
-
-
-def time_unit(name: str, longest: float) -> AxisUnit:
-    """Return the unit of an axis of times up to ``longest``, of a motion that has them in ``name``."""
-    if name == "s":
-        return prefixed(longest, "s")
-    return AxisUnit(1.0, {"tau": r"\tau", "c eta/T0": r"(c\eta/T_0)"}[name], is_symbol=True)
+    return axis_unit(Units.of(rod).pressure, largest)
 
 
 def prefixed(largest: float, unit: str) -> AxisUnit:

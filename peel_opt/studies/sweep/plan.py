@@ -29,7 +29,7 @@ from ...equilibria.scenes import SCENE_STATES, plain_law, refuse_options, scene_
 from ...model.bond import CohesiveLaw
 from ...model.labels import STATES, known_state
 from ...model.law_samples import texts
-from ...model.rod import MATERIAL, Rod, Units
+from ...model.rod import MATERIAL, SI, Rod, Units
 from ...model.scene import Scene
 from ...model.scene_identity import identity_of
 from ...residual.discretisation import Transcription
@@ -40,8 +40,6 @@ CHUNK = 100
 
 #: More would not fit into memory as results: a point takes up to 1.5 kB, most of it its message.
 MOST_POINTS = 5_000_000
-
-SI: Units = Units.of(Rod(2.0, 2.0, 2.0))  # any rod with units
 
 #: What is given of a rod, in its units or without one.
 GIVEN = {name: asks for asks in rod_questions().values() for name in (asks.given.name, asks.given.attribute)}

@@ -26,8 +26,8 @@ from ...base.errors import InvalidInput
 from ...base.units import ANGLE, LENGTH, NUMBER, PRESSURE, STIFFNESS, WORK, Kind, in_si
 from ...base.units import KINDS as BY_UNIT
 from ...model.dimension import Dimension
-from ...model.rod import Rod, Units
-from ..sweep.plan import SI, si_of
+from ...model.rod import SI, Rod, Units
+from ..sweep.plan import si_of
 from ..sweep.ranges import parse_together
 
 #: What each input measures.
