@@ -16,6 +16,7 @@ from ..base.errors import AtFold
 from ..base.threads import one_thread
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_question import COMMON, SceneQuestion
+from ..model.dimension import RATIO_POWERS
 from ..model.rod import MATERIAL, UNITS
 from ..model.scene import Scene
 from ..residual.linear import Linearised
@@ -29,9 +30,6 @@ SAFE, ROUNDING = 4.0, 1e-12
 
 #: Relative error from which on a gradient counts as unknown.
 UNKNOWN = 0.1
-
-#: Powers of k, T0 and y0 in eta/y0.
-RATIO = np.array([1.0 / 3.0, -1.0 / 3.0, -1.0])
 
 
 @one_thread
@@ -85,7 +83,7 @@ def _in_units(
     material = np.array([getattr(rod, name) for name in MATERIAL])
     U, F = question.dimension.size(rod), eq.answer
     # d log / d log k, T0, y0 of what the value is made of.
-    response = {"ratio": rod.ratio * RATIO} | {name: -own[name] * kinds[name].powers for name in own}
+    response = {"ratio": rod.ratio * RATIO_POWERS} | {name: -own[name] * kinds[name].powers for name in own}
     slopes = U * (F * question.dimension.powers + sum(rates[n] * part for n, part in response.items()))
     doubts = U * sum(errors[name] * np.abs(part) for name, part in response.items())
     sizes = {name: kind.size(rod) for name, kind in kinds.items()}

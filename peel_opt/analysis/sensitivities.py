@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.errors import InvalidInput
-from ..equilibria.question import ASKS, LENGTH, Measure, answering, known_law
+from ..equilibria.question import ASKS, Measure, answering, known_law
 from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
+from ..model.dimension import RATIO_POWERS
 from ..model.rod import MATERIAL, UNITS, Rod
 from ..residual.scene_spectral import SceneDiscretisation
 from ..residual.shape import Solution
@@ -20,9 +21,6 @@ from .derivatives import Sensitivities
 from .limits import LIMITS
 from .scene_sensitivities import sensitivities_of_scene
 from .surface import Gradient, gradient
-
-#: Powers of k, T0, y0 in r = eta/y0.
-RATIO = np.array(LENGTH.powers) - [0.0, 0.0, 1.0]
 
 
 def sensitivities(
@@ -121,24 +119,24 @@ def _of_rod(
     material = np.array([getattr(rod, name) for name in MATERIAL])
     U, F = measure.from_ratio(rod, 1.0), found.value
     # d log / d log k, T0, y0 of what the value is made of, times the value.
-    response = np.outer(RATIO, found.given[:1])
+    response = np.outer(RATIO_POWERS, found.given[:1])
     if given is not None:
-        response = np.column_stack([response, -np.array(given.powers) * found.given[1]])
-    slopes = U * (F * np.array(measure.powers) + response @ found.derivatives) / material
+        response = np.column_stack([response, -given.dimension.powers * found.given[1]])
+    slopes = U * (F * measure.dimension.powers + response @ found.derivatives) / material
     errors = U * (np.abs(response) @ found.errors) / material
     derivatives = dict(zip(MATERIAL, slopes.tolist(), strict=True))
     bounds = dict(zip(MATERIAL, errors.tolist(), strict=True))
     parameters = dict(zip(MATERIAL, material.tolist(), strict=True))
     dimensionless = {"ratio": float(found.derivatives[0])}
     named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else UNITS
-    labels = {**named, of: measure.name_of_unit(rod)}
+    labels = {**named, of: measure.dimension.unit_of(rod)}
     if given is not None:
         per = U / given.from_ratio(rod, 1.0)
         derivatives[given.name] = float(per * found.derivatives[1])
         bounds[given.name] = float(per * found.errors[1])
         parameters[given.name] = held
         dimensionless[given.attribute] = float(found.derivatives[1])
-        labels[given.name] = given.name_of_unit(rod)
+        labels[given.name] = given.dimension.unit_of(rod)
     return Sensitivities(of, U * F, parameters, derivatives, bounds, dimensionless, labels)
 
 

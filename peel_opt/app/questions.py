@@ -258,10 +258,10 @@ class QuestionTable(CardTable):
         raw: Any = text or getattr(self, name)
         if name == measure.attribute:
             return measure.from_ratio(rod, raw)
-        kind = NUMBER if rod.dimensionless else KINDS[measure.unit]
+        kind = NUMBER if rod.dimensionless else KINDS[measure.dimension.unit]
         # A scene may stand without a pressure, or under suction.
         signed = name == "near" or (measure is PRESSURE and isinstance(subject, Scene))
-        return parse(name, raw, kind, own=own_units(rod, measure.unit), signed=signed)
+        return parse(name, raw, kind, own=own_units(rod, measure.dimension.unit), signed=signed)
 
 
 #: Fields of what is given.

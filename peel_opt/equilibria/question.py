@@ -13,7 +13,9 @@ from typing import Any, NamedTuple
 from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput
 from ..continuation.goal import Goal
+from ..model import dimension
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
+from ..model.dimension import NUMBER, TRACTION, Dimension
 from ..model.equations import Scalars
 from ..model.groups import PI4
 from ..model.labels import UNFOLDED, fits, known_state
@@ -35,23 +37,24 @@ class Measure:
         That of an `Equilibrium` which has it without a unit.
     kind : str
         Its closure, a key of `EQUATIONS` and of `READINGS`.
-    symbol, unit, own : str
-        What the dimensionless number is written as, and the SI unit and the rod's own of the other.
-    to_ratio, from_ratio : callable
-        From a rod and the number in its units to the dimensionless one, and back.
-    powers : tuple of float
-        Of k, T0 and y0 in its unit.
+    symbol : str
+        What the dimensionless number is written as.
+    dimension : Dimension
+        What the other one measures.
+    to_ratio : callable
+        From a rod and the number in its units to the dimensionless one.
     """
 
     name: str
     attribute: str
     kind: str
     symbol: str = ""
-    unit: str = ""
-    own: str = ""
+    dimension: Dimension = NUMBER
     to_ratio: Callable[[Rod, float], float] = lambda _, value: value
-    from_ratio: Callable[[Rod, float], float] = lambda _, value: value
-    powers: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def from_ratio(self, rod: Rod, ratio: float) -> float:
+        """Return a dimensionless number in the units of a rod."""
+        return ratio * self.dimension.size(rod)
 
     def read(self, scalars: Scalars) -> Any:
         """Return its dimensionless value: a float, or complex or an expression if the scalars are."""
@@ -59,41 +62,18 @@ class Measure:
 
     def unit_of(self, rod: Rod) -> str:
         """Return the SI unit, empty where the rod has none."""
-        return "" if rod.dimensionless else self.unit
-
-    def name_of_unit(self, rod: Rod) -> str:
-        """Return the unit of a rod's numbers: SI, or its own T0 and eta."""
-        return self.own if rod.dimensionless else self.unit
+        return "" if rod.dimensionless else self.dimension.unit
 
     def worded(self, rod: Rod, ratio: float) -> str:
         """Name a value, in the rod's units if it has any."""
         if rod.dimensionless:
             return f"{self.symbol} = {ratio:.6g}"
-        return f"{self.name} {self.from_ratio(rod, ratio):.6g} {self.unit} ({self.symbol} = {ratio:.6g})"
+        value, unit = self.from_ratio(rod, ratio), self.dimension.unit
+        return f"{self.name} {value:.6g} {unit} ({self.symbol} = {ratio:.6g})"
 
 
-PRESSURE = Measure(
-    "pressure",
-    "pressure_ratio",
-    "pressure",
-    "p/T0",
-    "Pa",
-    "T0",
-    Rod.pressure_ratio,
-    Rod.pressure,
-    (0.0, 1.0, 0.0),
-)
-LENGTH = Measure(
-    "length",
-    "length_ratio",
-    "length",
-    "sbar/eta",
-    "m",
-    "eta",
-    Rod.length_ratio,
-    Rod.length,
-    (1 / 3, -1 / 3, 0.0),
-)
+PRESSURE = Measure("pressure", "pressure_ratio", "pressure", "p/T0", TRACTION, Rod.pressure_ratio)
+LENGTH = Measure("length", "length_ratio", "length", "sbar/eta", dimension.LENGTH, Rod.length_ratio)
 ALPHA1 = Measure("alpha1", "alpha1", "alpha1")
 LAMBDA = Measure("lambda", "lam", "lam")
 RATIO = Measure("ratio", "ratio", "ratio")

@@ -82,6 +82,9 @@ ENERGY = Dimension(1, 1, "J/m^2")
 MOMENT = Dimension(1, 2, "N")
 SPRING = Dimension(1, -1, "Pa/m")
 
+#: Powers of k, T0 and y0 in eta/y0.
+RATIO_POWERS = LENGTH.powers - np.array([0.0, 0.0, 1.0])
+
 #: Between which values numbers of a scene have a meaning; all others have one anywhere.
 DOMAINS = {
     "dead": (0.0, 1.0),

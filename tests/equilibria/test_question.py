@@ -10,6 +10,7 @@ import pytest
 import peel_opt as po
 from peel_opt.equilibria.ask import ask_rod
 from peel_opt.equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure, Question, answering
+from peel_opt.model.dimension import FORCE
 from peel_opt.residual.closures import EQUATIONS, READINGS
 
 from ..rods import FLAP
@@ -23,11 +24,8 @@ def force() -> Iterator[Measure]:
         "force_ratio",
         "force",
         symbol="p sbar/(T0 eta)",
-        unit="N/m",
-        own="T0 eta",
-        to_ratio=lambda rod, value: value / (rod.adhesion_strength * rod.eta),
-        from_ratio=lambda rod, ratio: ratio * rod.adhesion_strength * rod.eta,
-        powers=(1 / 3, 2 / 3, 0.0),
+        dimension=FORCE,
+        to_ratio=lambda rod, value: value / FORCE.size(rod),
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(EQUATIONS, "force", lambda s, F: s.sigma * s.alpha1 - (F - s.sigma) * s.beta0)

@@ -394,7 +394,7 @@ class Controls:
         rod = state.rod
         assert rod is not None  # it has a length and a pressure
         for name, unit in units(rod).items():
-            value, quantity = getattr(state, name), ASKS[name].given.unit
+            value, quantity = getattr(state, name), ASKS[name].given.dimension.unit
             low, high = (end / unit.size for end in span(state, name, curve))
             self._units[name] = unit.size
             text = display(value, quantity) if in_si else f"{value:.7g}"

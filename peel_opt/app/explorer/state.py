@@ -252,7 +252,7 @@ class State:
         if self.given == "groups":
             return f"β₀ = {self.beta0:.5g}, λ = {self.lam:.5g}"
         if self.units == "SI":
-            number = display(self.value, self.asks.given.unit, 4)
+            number = display(self.value, self.asks.given.dimension.unit, 4)
             words = f"{self.asks.given.name} {number}, η/y₀ = {self.effective_ratio:.4g}"
         else:
             words = f"{symbol(self.asks.given.attribute)} = {self.value:.5g}, η/y₀ = {self.ratio:.4g}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.errors import InvalidInput
 from ...equilibria.question import rod_questions
 from ...model.groups import PI4
+from ...model.rod import Rod
 from ..scene_table import SET
 from .setups import SETUPS, setup_of
 from .state import METHODS, State
@@ -43,10 +44,15 @@ def to_card(state: State) -> str:
         own = () if state.rods_scene is None else SETUPS[state.scene].numbers
         sourced = [*numbers, *(each.name for each in own if each.name not in SET)]
         lines += ["", "[estimates]", *(f'{n} = "{TYPED}"' for n in sourced)]
-        lines += ["", "[[questions]]", f"{state.given} = {state.value!r}  # {state.asks.given.unit}"]
+        lines += [
+            "",
+            "[[questions]]",
+            f"{state.given} = {state.value!r}  # {state.asks.given.dimension.unit}",
+        ]
     else:
         lines += ["[rod]", f"ratio = {state.ratio!r}", *_scene_table(state), "", "[[questions]]"]
-        lines.append(f"{state.given} = {state.value!r}  # in units of {state.asks.given.own}")
+        unit = state.asks.given.dimension.unit_of(Rod.from_ratio(state.ratio))
+        lines.append(f"{state.given} = {state.value!r}  # in units of {unit}")
     if state.rods_scene is None:  # which has its own law
         lines.append(f'law = "{state.named_law}"')
     if state.label != "unfolded":

@@ -45,7 +45,7 @@ def answer_of(eq: Equilibrium) -> AnswerText:
     if eq.rod is not None and not eq.rod.dimensionless:
         asked = answering(eq.answered).asked
         value, error = (asked.from_ratio(eq.rod, number) for number in (eq.answer, eq.error))
-        headline = f"{written.partition('/')[0]} = {display_with_error(value, error, asked.unit)}"
+        headline = f"{written.partition('/')[0]} = {display_with_error(value, error, asked.dimension.unit)}"
     else:
         headline = f"{written} = {eq.answer:.{_digits(eq)}g} ± {eq.error:.0e}"
     # The groups are the paper's, of its own scene.

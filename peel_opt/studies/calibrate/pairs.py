@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...model.dimension import LENGTH, RATIO_POWERS, TRACTION
 from ...model.rod import MATERIAL, Rod
 from .chart import HIGHEST, ChartStates
 from .covariance import Seen
 from .data import Observation
 
 #: d(log eta, log T0, log r)/d(log k, log T0, log y0).
-GROUPS = np.array([[1.0, -1.0, 0.0], [0.0, 3.0, 0.0], [1.0, -1.0, -3.0]]) / 3.0
+GROUPS = np.stack([LENGTH.powers, TRACTION.powers, RATIO_POWERS])
 
 #: Relative standard deviation that stands for none: exact numbers are met to that.
 EXACT = 1e-7

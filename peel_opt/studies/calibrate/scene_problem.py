@@ -14,7 +14,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from ...analysis.scene_sensitivities import RATIO
 from ...base.errors import InvalidInput, NotConverged, PeelOptError
 from ...continuation.points import Point
 from ...continuation.scene_family import SceneFamily
@@ -28,7 +27,7 @@ from ...residual.scene_spectral import SceneDiscretisation, SceneSpectral
 from ...residual.spectral import Spectral
 from .covariance import LinearModel, Seen, loss, robust_rows, squared
 from .data import Observation
-from .pairs import Pairs
+from .pairs import GROUPS, Pairs
 from .problem import FURTHEST
 
 #: Relative tolerance of the sum of losses and of the coordinates: states are solved to some 1e-11.
@@ -286,11 +285,10 @@ class SceneProblem:
         )
         scale, sizes = _scale(scene), scene.dimensions
         # As the rod changes, the numbers of the scene stay, but not over their units.
-        by_rod = np.outer(by_ratio, scene.rod.ratio * RATIO)
+        by_rod = np.outer(by_ratio, scene.rod.ratio * GROUPS[2])
         for name, kind in sizes.items():
             by_rod -= np.outer(known[name], scene.numbers[name] * kind.powers)
-        powers = np.array([[1.0, -1.0, 0.0], [0.0, 3.0, 0.0]]) / 3.0  # of k, T0 and y0 in eta and in T0
-        by_rod += numbers_of(point)[:, None] * powers
+        by_rod += numbers_of(point)[:, None] * GROUPS[:2]
         columns = []
         for coordinate, value in zip(self.coordinates, z, strict=True):
             if coordinate.dimension is None:

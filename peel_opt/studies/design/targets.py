@@ -115,7 +115,7 @@ class Target:
         needed = QUANTITIES[self.quantity][1]
         if not needed:
             return self.quantity
-        return f"{self.quantity} at {display(self.given, ASKS[needed].given.unit, 5)}"
+        return f"{self.quantity} at {display(self.given, ASKS[needed].given.dimension.unit, 5)}"
 
     def __repr__(self) -> str:
         return f"Target({self.label} {SENSES[self.sense]} {self.shown(self.value)})"
