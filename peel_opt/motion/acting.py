@@ -137,17 +137,15 @@ class SceneLoads(Loads):
     @cached_property
     def ends(self) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
         """Those of the material points at which a load changes."""
-        written = [self._at_one(past).serialize() for past in self._pasts]
+        written = [self._forces(past, 1).serialize() for past in self._pasts]
         return tuple(point for point, (a, b) in zip(self.breaks, pairwise(written), strict=True) if a != b)
 
     @cached_property
     def feels(self) -> frozenset[str]:  # type: ignore[override]
         """Of x, y, s and sbar what some load changes with."""
-        found: set[str] = set()
-        for past in self._pasts:
-            rows = self._at_one(past).sparsity_out(0).row()
-            found |= {("force", "theta", "x", "y", "s", "sbar")[row // 2] for row in rows}
-        return frozenset(found - {"force", "theta"})
+        felt = [self._forces(past, 1).which_depends("at", ["force"], 1, False) for past in self._pasts]
+        names = ("theta", "x", "y", "s", "sbar")
+        return frozenset(name for name, *by in zip(names, *felt, strict=True) if any(by)) - {"theta"}
 
     @property
     def _pasts(self) -> list[Past]:
@@ -192,67 +190,44 @@ class SceneLoads(Loads):
         """Return the forces at places, and all that they change by."""
         places = np.stack([np.broadcast_to(part, theta.shape).ravel() for part in (theta, x, y, s, sbar)])
         many = past, places.shape[1]
-        if many not in self._along:
-            self._along[many] = _Along(self._at_one(past), many[1])
-        found = self._along[many](places, pressure).reshape(6, 2, *theta.shape)
+        if many not in self._known:
+            self._known[many] = _Along(self._forces(*many), many[1])
+        found = self._known[many](places, pressure).reshape(6, 2, *theta.shape)
         return Acted(found[0], found[1], found[2:] if self.feels else None)
 
-    def _at_one(self, past: Past) -> ca.Function:
-        """Force at a place, with its derivatives by theta, x, y, s and sbar one below the other."""
-        if past not in self._functions:
-            at, pressure = ca.SX.sym("at", 5), ca.SX.sym("pressure")
-            theta, x, y, s, sbar = ca.vertsplit(at)
-            place = Place(s, sbar, theta, x - sbar, y, slip=x - s, past=past)
-            numbers = {**self.scene.numbers, "pressure": pressure, "ratio": self.scene.rod.ratio}
-            push = self.scene.load(place, numbers)
-            sine, cosine = ca.sin(theta), ca.cos(theta)
-            force = ca.vertcat(
-                -push.normal * sine + push.tangential * cosine + push.x,
-                push.normal * cosine + push.tangential * sine + push.y,
-            )
-            both = ca.vertcat(force, ca.vec(ca.jacobian(force, at)))
-            self._functions[past] = ca.Function("acting", [at, pressure], [both])
-        return self._functions[past]
-
     @cached_property
-    def _along(self) -> dict[tuple[Past, int], _Along]:
+    def _known(self) -> dict[tuple[Past, int], _Along]:
         return {}
 
-    @cached_property
-    def _functions(self) -> dict[Past, ca.Function]:
-        return {}
-
-
-def _on_many(function: ca.Function, n: int) -> ca.Function:
-    """Return a function of one place and a pressure as one of n places, (n, 5), to (n, 12)."""
-    at, pressure = ca.MX.sym("at", n, 5), ca.MX.sym("pressure")
-    given = [ca.horzsplit(at), [pressure]]
-    known: dict[int, ca.MX] = {}
-    found, rows = [ca.MX(n, 1)] * 12, function.sparsity_out(0).row()
-    for k in range(function.n_instructions()):
-        operation, of = function.instruction_id(k), function.instruction_input(k)
-        to = function.instruction_output(k)
-        if operation == ca.OP_OUTPUT:
-            found[rows[to[1]]] = known[of[0]] * ca.MX.ones(n)
-        elif operation == ca.OP_INPUT:
-            known[to[0]] = given[of[0]][of[1]]
-        elif operation == ca.OP_CONST:
-            known[to[0]] = ca.MX(function.instruction_constant(k))
-        else:
-            act = ca.MX.unary if len(of) == 1 else ca.MX.binary
-            known[to[0]] = act(operation, *(known[i] for i in of))
-    return ca.Function("along", [at, pressure], [ca.densify(ca.horzcat(*found))])
+    def _forces(self, past: Past, n: int) -> ca.Function:
+        """Force at n places, (n, 5) as in `at`, and its derivatives, (n, 12)."""
+        at, pressure = ca.MX.sym("at", n, 5), ca.MX.sym("pressure")
+        theta, x, y, s, sbar = ca.horzsplit(at)
+        place = Place(s, sbar, theta, x - sbar, y, slip=x - s, past=past)
+        numbers = {**self.scene.numbers, "pressure": pressure, "ratio": self.scene.rod.ratio}
+        push = self.scene.load(place, numbers)
+        sine, cosine = ca.sin(theta), ca.cos(theta)
+        fx = -push.normal * sine + push.tangential * cosine + push.x
+        fy = push.normal * cosine + push.tangential * sine + push.y
+        return ca.Function("acting", [at, pressure], [ca.horzcat(fx, fy)], ["at", "pressure"], ["force"])
 
 
 class _Along:
-    """Forces and their derivatives at n places, on arrays as they lie in memory.
+    """Forces at n places and what they change by, on arrays as they lie in memory.
 
     To hand arrays over takes CasADi longer than to compute.
     """
 
-    def __init__(self, function: ca.Function, n: int) -> None:
+    def __init__(self, forces: ca.Function, n: int) -> None:
+        at, pressure = ca.MX.sym("at", n, 5), ca.MX.sym("pressure")
+        (force,), by = forces.call([at, pressure], True), []  # inlined
+        for i in range(5):  # each force is that of its own place
+            along = ca.MX(n, 5)
+            along[:, i] = 1.0
+            by.append(ca.jtimes(force, at, along))
+        both = ca.Function("along", [at, pressure], [ca.densify(ca.cse(ca.horzcat(force, *by)))])
         self.places, self.pressure, self.found = np.zeros((5, n)), np.zeros(1), np.zeros((12, n))
-        self.buffer, self.evaluate = _on_many(function, n).buffer()
+        self.buffer, self.evaluate = both.buffer()
         self.buffer.set_arg(0, self.places.reshape(-1).data)
         self.buffer.set_arg(1, self.pressure.data)
         self.buffer.set_res(0, self.found.reshape(-1).data)
