@@ -18,8 +18,10 @@ from pydantic import BaseModel, Field, PrivateAttr, ValidationError, model_valid
 
 from ..base.errors import CardError, CardWarning, InvalidInput, PeelOptError
 from ..base.files import as_path
+from ..equilibria.scenes import refuse_options
 from ..model.rod import Rod
 from ..model.scene import Scene
+from ..motion.acting import loads_on
 from .bare_numbers import bare_numbers
 from .card_tables import CardTable, GroupsTable, RodTable
 from .history_table import HistoryTable
@@ -242,10 +244,13 @@ class Card(SourcedCard):
                 raise InvalidInput(f"[scene]: {error}") from error
         self.require_sources_of_what_is_given()
         if self.history is not None:
-            if self.rod_table is None or self.scene_table is not None:
-                raise InvalidInput("[history] is of a [rod] alone: a uniform pressure that changes.")
+            if self.rod_table is None:
+                raise InvalidInput("[history] is of a [rod], and this card has [groups].")
             try:
-                self.history.asked(self.rod_table.rod(), self.rod_table.drag)
+                asked = self.history.asked(self.rod_table.rod(), self.rod_table.drag)
+                if (scene := self.scene()) is not None:
+                    refuse_options(law=asked.get("law", "auto"))
+                    loads_on(scene)
             except InvalidInput as error:
                 raise InvalidInput(f"[history]: {error}") from error
         for number, question in enumerate(self.questions, 1):

@@ -16,6 +16,8 @@ from .card_tables import CardTable, own_units
 class HistoryTable(CardTable):
     """``[history]``: times and the pressures at them, joined by straight lines, and what the bond does.
 
+    What else acts under a [scene] is held.
+
     Times have a unit where the drag on the rod is known; else they are numbers, in c eta/T0.  Pressures are
     strings with units, the rod's own T0 among them, or numbers in SI units; for a rod known by its ratio
     they are in T0.
@@ -31,7 +33,7 @@ class HistoryTable(CardTable):
         None, description="what the bond does once it has let go; reversible if not given"
     )
     law: Literal["auto", "linear", "cohesive"] | None = Field(
-        None, description="of the bond; auto is law (8)"
+        None, description="of the bond; auto is law (8), or that of the [scene]"
     )
     rod_length: Annotated[Any, LENGTH] = Field(
         None, description="of the rod; one that is long enough if not given"

@@ -8,9 +8,11 @@ import numpy as np
 
 from ..base.units import display
 from ..model.rod import Units
+from ..model.scene import Scene
 from ..motion.history import History
 from ..motion.trajectory import OUTCOMES, Snap
 from .report import aligned, describe_rod
+from .scene_report import describe_scene
 
 #: Moments of a history that its table shows.
 ROWS = 13
@@ -23,7 +25,7 @@ def motion_table(moved: Snap) -> str:
         lengths = (_length(moved, value) for value in (event.front, event.x, event.y))
         rows.append([event.kind, _time(moved, event.t), *lengths, f"{event.angle:.6f} rad"])
     lines = [
-        describe_rod(moved.rod),
+        *_moved(moved),
         "",
         aligned(rows),
         "",
@@ -57,7 +59,7 @@ def history_table(run: History) -> str:
         lengths = (_length(run, float(value[i])) for value in (run.front, run.tip.y))
         rows.append([_time(run, float(run.t[i])), pressure, *lengths, f"{run.dissipated[i]:.6g}"])
     lines = [
-        describe_rod(run.rod),
+        *_moved(run),
         "",
         aligned(rows),
         "",
@@ -70,12 +72,30 @@ def history_table(run: History) -> str:
     return "\n".join(lines)
 
 
+def _moved(moved: Snap | History) -> list[str]:
+    """Return the rod, and what acts on it."""
+    scene = moved.scene
+    if scene is None:
+        return [describe_rod(moved.rod)]
+    words = describe_scene(scene) if isinstance(scene, Scene) else scene
+    return [describe_rod(moved.rod), f"scene: {words}"]
+
+
+def _scene_of(moved: Snap | History) -> dict[str, Any]:
+    """Return the scene, as plain data has it."""
+    scene = moved.scene
+    if isinstance(scene, Scene):
+        return {"scene": describe_scene(scene)}
+    return {} if scene is None else {"scene": scene}
+
+
 def history_record(run: History) -> dict[str, Any]:
     """Return a history without its steps as plain data, with units in the keys."""
     units, energy = Units.of(run.rod), "T0 eta^2" if run.rod.dimensionless else "J/m"
     return {
         "kind": "history",
         **units.rod(run.rod),
+        **_scene_of(run),
         "bond": run.bond,
         "law": run.law,
         "outcome": run.outcome,
@@ -123,6 +143,7 @@ def motion_record(moved: Snap) -> dict[str, Any]:
     return {
         "kind": "snap",
         **units.rod(moved.rod),
+        **_scene_of(moved),
         f"pressure [{units.pressure}]": moved.pressure,
         "bond": moved.bond,
         "law": moved.law,

@@ -122,7 +122,7 @@ class History(Pictured, Stored):
         ax : Axes, optional
             Without it front, pressure and dissipated energy against time stand beside the path.
         branch : Branch, optional
-            Of the same rod, from `peel_opt.trace`.
+            Of the same rod or scene, from `peel_opt.trace`.
         legend : bool, optional
         title : str, optional
 
@@ -134,7 +134,7 @@ class History(Pictured, Stored):
         Raises
         ------
         InvalidInput
-            If the branch is of another rod.
+            If the branch is of another rod or scene.
         """
         return draw(self, ax, branch=branch, legend=legend, title=title)
 

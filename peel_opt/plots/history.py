@@ -11,7 +11,7 @@ from . import style
 from .axes import axes_or, own_axes, own_figure, require_axes
 from .dispatch import drawn_by
 from .motion import plot_equilibria
-from .motion_panels import LOST, bracketed, energy_unit
+from .motion_panels import LOST, bracketed, energy_unit, scene_words
 from .mpl import finish
 from .words import axis_unit, length_unit, pressure_unit
 
@@ -25,7 +25,7 @@ def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None 
     run : History
     ax : Axes, optional
     branch : Branch, optional
-        Equilibria of the same rod, to be drawn under the path.
+        Equilibria of the same rod or scene, to be drawn under the path.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None 
     Raises
     ------
     InvalidInput
-        If the branch is of another rod.
+        If the branch is of another rod or scene.
     """
     if ax is None:
         figure = own_figure(10.0, 6.4)
@@ -51,14 +51,15 @@ def plot_history(run: History, ax: Axes | None = None, *, branch: Branch | None 
     lengths = length_unit(run.rod, longest)
     pressures = pressure_unit(run.rod, run.rod.adhesion_strength)
     if branch is not None:
-        plot_equilibria(ax, branch, run.rod, pressures, lengths)
+        plot_equilibria(ax, branch, run, pressures, lengths)
     p, front = run.pressure / pressures.size, run.front / lengths.size
     ax.plot(p, front, color=style.PRESSURE, linewidth=1.8, label=f"{run.bond} bond")
     ax.plot(p[0], front[0], "o", color=style.PRESSURE, markerfacecolor="white")
     ax.plot(p[-1], front[-1], "D", color=style.PRESSURE)
     ax.set_xlabel(pressures.axis("p"))
     ax.set_ylabel(lengths.axis(r"\bar s"))
-    ax.set_title(f"circle: where it starts; diamond: {run.outcome}", fontsize=style.SMALL, loc="left")
+    ends = f"circle: where it starts; diamond: {run.outcome}{scene_words(run)}"
+    ax.set_title(ends, fontsize=style.SMALL, loc="left")
     return finish(ax, columns=3)
 
 

@@ -20,12 +20,13 @@ from ..base.files import as_path, atomic_write
 from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..equilibria.branch import Branch, require_branch
-from ..model.rod import Rod
+from ..model.scene import Scene
+from ..motion.history import History
 from ..motion.trajectory import Snap
 from . import style
 from .axes import axes_or, own_axes
 from .dispatch import drawn_by
-from .motion_panels import MotionPanels, seen
+from .motion_panels import MotionPanels, scene_words, seen
 from .mpl import draw_panel, finish
 from .words import AxisUnit, length_unit, pressure_unit
 
@@ -37,6 +38,9 @@ FILMS = (".gif", ".html", ".mp4")
 
 #: Height of a picture over its width below which heights are drawn larger than lengths.
 FLAT = 0.15
+
+#: Highest pressure of a diagram of a scene, over that of what is drawn over it.
+_ROOM = 1.2
 
 #: Dots per inch of a film.
 DPI = 100.0
@@ -82,7 +86,7 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     ----------
     motion : Snap
     branch : Branch
-        Of the same rod, from `peel_opt.trace`.
+        Of the same rod or scene, from `peel_opt.trace`.
     ax : Axes, optional
 
     Returns
@@ -93,36 +97,49 @@ def plot_orbit(motion: Snap, branch: Branch, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InvalidInput
-        If the branch is of another rod.
+        If the branch is of another rod or scene.
     """
     ax = axes_or(ax, own_axes(6.0, 4.2))
     lengths = length_unit(motion.rod, float(max(branch.length.max(), motion.front.max())))
     pressures = pressure_unit(motion.rod, motion.rod.adhesion_strength)
-    plot_equilibria(ax, branch, motion.rod, pressures, lengths)
+    plot_equilibria(ax, branch, motion, pressures, lengths)
     p, front = motion.pressure / pressures.size, motion.front / lengths.size
     ax.plot(np.full(len(front), p), front, color=style.PRESSURE, linewidth=style.ROD_WIDTH, label="snap")
     ax.plot(p, front[0], "o", color=style.PRESSURE, markerfacecolor="white")
     ax.plot(p, front[-1], "D", color=style.PRESSURE)
     ax.set_xlabel(pressures.axis("p"))
     ax.set_ylabel(lengths.axis(r"\bar s"))
-    ax.set_title(f"circle: where it starts; diamond: {motion.outcome}", fontsize=style.SMALL, loc="left")
+    ends = f"circle: where it starts; diamond: {motion.outcome}{scene_words(motion)}"
+    ax.set_title(ends, fontsize=style.SMALL, loc="left")
     return finish(ax, columns=3)
 
 
-def plot_equilibria(ax: Axes, branch: Branch, rod: Rod, pressures: AxisUnit, lengths: AxisUnit) -> None:
-    """Draw the equilibria of a rod for what it goes through to be drawn over.
+def plot_equilibria(
+    ax: Axes, branch: Branch, moved: Snap | History, pressures: AxisUnit, lengths: AxisUnit
+) -> None:
+    """Draw the equilibria of a rod for what it goes through to be drawn over: what is stable as a full line.
 
     Raises
     ------
     InvalidInput
-        If they are those of another rod.
+        If they are those of another rod or scene.
     """
-    if require_branch(branch).rod != rod:
-        raise InvalidInput("the diagram must be that of the rod that moves.", remedy="Trace its rod.")
-    x, y = branch.pressure / pressures.size, branch.length / lengths.size
-    folded = branch.state == "folded"
-    ax.plot(np.where(folded, np.nan, x), y, color=style.ADHESION, linestyle=(0, (5.0, 2.0)), label="unfolded")
-    ax.plot(np.where(folded, x, np.nan), y, color=style.ADHESION, label="folded")
+    if require_branch(branch).rod != moved.rod or branch.scene != moved.scene:
+        raise InvalidInput(
+            "the diagram must be that of the rod that moves, with what acts on it.",
+            remedy="Trace its rod or its scene.",
+        )
+    x, y, state = branch.pressure / pressures.size, branch.length / lengths.size, branch.state
+    # A scene has states on which the tip is all but down up to pressures at which nothing is attached.
+    beyond = branch.pressure > max(_ROOM * float(np.max(moved.pressure)), moved.rod.adhesion_strength)
+    x = np.where(beyond & (branch.scene is not None), np.nan, x)
+    stable = {name: state == name for name in ("lifted", "folded")}
+    others = ~np.any(list(stable.values()), axis=0)
+    for name, here in {"unfolded": others, **stable}.items():
+        if here.any():
+            dashes = (0, (5.0, 2.0)) if here is others else "-"
+            colour = style.RANGE if name == "lifted" else style.ADHESION
+            ax.plot(np.where(here, x, np.nan), y, color=colour, linestyle=dashes, label=name)
 
 
 def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes:
@@ -138,7 +155,8 @@ def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes
     Returns
     -------
     Axes
-        Height above the plate against the place along it, in the rod's units.
+        Height above the plate against the place along it, in the rod's units; dots mark where the glue of
+        a rod with an unglued edge begins.
     """
     ax = axes_or(ax, own_axes(6.0, 3.6))
     stage = _Stage(motion, ax)
@@ -180,9 +198,20 @@ class _Stage:
         pose, size = self.motion.shape(t), self.lengths.size
         return np.append(pose.x / size, self.right), np.append(pose.y / size, 0.0)
 
+    def glue(self, t: float) -> tuple[list[float], list[float]]:
+        """Return the place on the rod at which its glue begins, where an edge of it has none."""
+        scene = self.motion.scene
+        if not isinstance(scene, Scene) or not scene.unbonded:
+            return [], []
+        pose, a, size = self.motion.shape(t), scene.unbonded, self.lengths.size
+        flat = pose.s[-1] + a  # where a rod that has come down goes on along the plate
+        s, x, y = np.append(pose.s, flat), np.append(pose.x, pose.x[-1] + a), np.append(pose.y, 0.0)
+        return [float(np.interp(a, s, x)) / size], [float(np.interp(a, s, y)) / size]
+
     def rod(self, t: float, colour: Any, label: str) -> None:
-        """Draw it."""
+        """Draw it, with a dot where the glue begins."""
         self.ax.plot(*self.places(t), color=colour, linewidth=1.8, label=label)
+        self.ax.plot(*self.glue(t), "o", color=colour, markersize=3.5)
 
 
 # --- films ---------------------------------------------------------------------------------------
@@ -252,7 +281,7 @@ def _screen(motion: Snap, times: np.ndarray) -> tuple[Figure, Iterator[float]]:
     panels = figure.subplot_mosaic([["rod", "rod"], ["lengths", "energies"]], height_ratios=[1.1, 1.0])
     stage = _Stage(motion, panels["rod"])
     stage.rod(float(times[0]), style.ROD, "")
-    (rod,) = panels["rod"].lines[-1:]
+    rod, glue = panels["rod"].lines[-2:]
     rod.set_linewidth(style.ROD_WIDTH)
     panels["rod"].set_title(MotionPanels(motion).title, fontsize=style.SMALL, loc="left")
     plot_motion(motion, panels["lengths"]).set_title("", loc="left")
@@ -264,6 +293,7 @@ def _screen(motion: Snap, times: np.ndarray) -> tuple[Figure, Iterator[float]]:
     def moved() -> Iterator[float]:
         for t in times:
             rod.set_data(*stage.places(float(t)))
+            glue.set_data(*stage.glue(float(t)))
             for hand in hands:
                 hand.set_xdata([(t - times[0]) / stage.times.size] * 2)
             yield float(t)

@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ..model.scene import Scene
 from ..motion.history import History
 from ..motion.trajectory import Snap
 from .frame import Frame, stage
 from .panels import Axis, Line, Mark, Panel, room
+from .scene import in_words
 from .words import AxisUnit, axis_unit, length_unit, prefixed, quantity
 
 #: Change of the tip angle [rad] by which a motion has begun, and to which it is over, on a picture.
@@ -75,7 +77,7 @@ class MotionPanels:
         """What moves."""
         motion, rod = self.motion, self.motion.rod
         load = rf"$p/T_0 = {motion.pressure:.4g}$" if rod.dimensionless else f"$p$ = {_pascal(motion)}"
-        return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond"
+        return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond" + scene_words(motion)
 
     def time_of(self, t: float) -> float:
         """Return where a time of the motion is on the axes."""
@@ -153,9 +155,14 @@ class MotionPanels:
     def _energies_in(self) -> AxisUnit:
         return energy_unit(self.motion)
 
+    @property
+    def _work(self) -> str:
+        """What does the work, in words."""
+        return "work of the pressure" if self.motion.scene is None else "work of all loads"
+
     @cached_property
     def ledger(self) -> Panel:
-        """Where the work of the pressure goes, since the start: what is stored, what is lost."""
+        """Where the work of the loads goes, since the start: what is stored, what is lost."""
         ledger, t, unit = self.motion.energy, self._times, self._energies_in
         of = {name: getattr(ledger, name) for name in (*STORED, *LOST)}
         entries = [(of[name] - of[name][0], *words) for name, words in STORED.items()]
@@ -165,10 +172,20 @@ class MotionPanels:
             for values, look, label, full in entries
             if np.any(values)
         ]
-        lines.append(Line("work", t, ledger.work / unit.size, "work", "work of the pressure"))
+        lines.append(Line("work", t, ledger.work / unit.size, "work", self._work))
         ends = room(np.concatenate([line.y for line in lines]), _MARGIN)
         zero = Line("zero", np.array([self._across.low, self._across.high]), np.zeros(2))
         return Panel(self._across, Axis(bracketed("energy since the start", unit), *ends), (zero, *lines))
+
+
+def scene_words(motion: Snap | History) -> str:
+    """Return what acts beside the pressure, on a line of its own; nothing in the paper's scene."""
+    scene = motion.scene
+    if not isinstance(scene, Scene):
+        return "" if scene is None else "\nin a scene"
+    sizes = {name: kind.size(scene.rod) for name, kind in scene.dimensions.items()}
+    numbers = {name: value * sizes[name] for name, value in scene.numbers.items()}
+    return "\n" + (", ".join(in_words(scene, numbers)) or "in a scene")
 
 
 def energy_unit(motion: Snap | History) -> AxisUnit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -207,9 +208,15 @@ def _tip(
 
 def _others(eq: Equilibrium, scene: Scene) -> list[str]:
     """Return the numbers of a scene that nothing in the picture shows, in words."""
+    hidden = {name: value for name, value in eq.numbers.items() if name not in _SHOWN | {"unbonded"}}
+    return in_words(scene, hidden)
+
+
+def in_words(scene: Scene, numbers: Mapping[str, float]) -> list[str]:
+    """Return numbers of a scene, in the units of its rod, in words; without those that are zero."""
     kinds, found = kinds_of(scene), []
-    for name, value in eq.numbers.items():
-        if name in _SHOWN or name == "unbonded" or not value:
+    for name, value in numbers.items():
+        if not value:
             continue
         unit = kinds[name].unit_of(scene.rod)
         if scene.rod.dimensionless or unit in ("", "1/m", "rad"):

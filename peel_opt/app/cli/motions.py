@@ -69,14 +69,15 @@ def _history(arguments: argparse.Namespace) -> int:
         )
     drag = card.rod_table.drag
     asked = card.history.asked(rod, drag)
+    subject = card.scene() or rod
 
     from ...motion.history import history
     from ..motion_report import history_record, history_table
     from ..report import as_json
 
     files, stem = out_files(arguments), named("history", arguments)
-    files.claim_kinds({"history": {"rod": rod, "drag": drag, **asked}}, stem)
-    run = history(rod, drag=drag, **asked)
+    files.claim_kinds({"history": {"rod": subject, "drag": drag, **asked}}, stem)
+    run = history(subject, drag=drag, **asked)
     files.add(run, stem)
     say(as_json(history_record(run)) if arguments.json else history_table(run))
     say_written(files, arguments)
