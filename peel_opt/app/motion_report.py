@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,8 @@ def history_table(run: History) -> str:
         aligned(rows),
         "",
         f"{run.bond} bond, {run.outcome}: {OUTCOMES[run.outcome]}",
-        f"the front is known to {run.error:.1e} eta; certificate {np.abs(run.certificate).max():.1e}",
+        f"the front is known to {run.error:.1e} eta, times to {run.time_error:.1e} {run.time_unit};"
+        f" certificate {np.abs(run.certificate).max():.1e}",
         *(f"flag: {flag}" for flag in run.flags),
     ]
     if run.time_unit == "c eta/T0":
@@ -106,6 +108,7 @@ def history_record(run: History) -> dict[str, Any]:
         f"dissipated [{energy}]": float(run.dissipated[-1]),
         f"bond_loss [{energy}]": float(np.ptp(run.energy.bond_loss)),
         "error [eta]": run.error,
+        f"time_error [{run.time_unit}]": run.time_error if math.isfinite(run.time_error) else None,
         "certificate": float(np.abs(run.certificate).max()),
         "flags": list(run.flags),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -60,7 +60,8 @@ class History(Pictured, Stored):
     law, bond : str
         Name of the cohesive law, and what it does on the way back.
     t, pressure, front : ndarray, shape (n,)
-        Times in ``time_unit``, p [Pa] and detached length [m]; with damage the furthest front reached.
+        Times in ``time_unit``, p [Pa] and detached length [m], of which an edge without glue is always a
+        part; with damage the furthest front reached.
     tip : TipPath
         Height [m], place [m] and angle [rad] of the tip, each (n,).
     energy : Ledger
@@ -71,13 +72,16 @@ class History(Pictured, Stored):
     outcome : str
         "closes" where the rod lay down, "end of rod" where it ran out, "not settled" at its end.
     error : float
-        Largest difference of the fronts of two meshes over eta, at the same times; a run that has ended
-        keeps its last front.
+        Largest difference of the fronts of two meshes over eta, at times that differ by ``time_error`` at
+        most; a run that has ended keeps its last front.
     time_unit : str
     flags : tuple of str
         "damage close to T0": under damage the soft zone ahead of the front creeps; quote no length.
     scene : Scene or str or None
         What acts on the rod beside or in the place of a uniform pressure, as `Snap` has it.
+    time_error : float
+        Largest difference of the times at which two meshes pass the same tip angle, in ``time_unit``: of when
+        a jump begins; nan of a file that does not say it.
     """
 
     rod: Rod
@@ -95,6 +99,7 @@ class History(Pictured, Stored):
     time_unit: str
     flags: tuple[str, ...] = ()
     scene: Scene | str | None = None
+    time_error: float = math.nan
 
     schema: ClassVar[Schema] = Schema("peel_opt history", 2)
 
@@ -139,7 +144,7 @@ class History(Pictured, Stored):
         return draw(self, ax, branch=branch, legend=legend, title=title)
 
     def _head(self) -> dict[str, Any]:
-        names = ("law", "bond", "outcome", "error", "time_unit")
+        names = ("law", "bond", "outcome", "error", "time_error", "time_unit")
         own = {name: getattr(self, name) for name in names}
         told = {"events": [list(event) for event in self.events], "flags": list(self.flags)}
         return {**own, **told, **moved_in(self)}
@@ -150,6 +155,8 @@ class History(Pictured, Stored):
     @classmethod
     def _restored(cls, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> Self:
         own = lived_through(head, arrays) | entries(head, str, "time_unit")
+        if "time_error" in head:  # which files of version 1 do not have
+            own |= entries(head, float | int, "time_error")
         flags = tuple(head["flags"])
         if not set(flags) <= {CREEPING}:
             raise ValueError("it has a flag that is not known")
@@ -340,10 +347,9 @@ def _in_units(
     drag: float | None,
 ) -> History:
     """Return the finer of two runs as a result, with what they differ by."""
-    coarse, fine = runs
-    times = np.union1d(coarse.t, fine.t)  # one that has ended keeps its last front
-    apart = np.interp(times, coarse.t, coarse.front) - np.interp(times, fine.t, fine.front)
-    error = float(np.abs(apart).max())
+    # An edge that was never glued is detached, also where it lies flat.
+    coarse, fine = (replace(run, front=np.maximum(run.front, subject.loads.unbonded)) for run in runs)
+    error, shift = _apart(coarse, fine)
     rod = subject.rod
     eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
     P = np.array([load(t) for t in fine.t])
@@ -363,11 +369,41 @@ def _in_units(
         energy=Ledger(*(part * energy for part in fine.energy)),
         certificate=fine.identity,
         events=tuple(
-            Happening(e.kind, e.t * unit, e.front * eta, e.y * eta, e.x * eta, e.angle) for e in fine.events
+            Happening(
+                e.kind, e.t * unit, max(e.front, subject.loads.unbonded) * eta, e.y * eta, e.x * eta, e.angle
+            )
+            for e in fine.events
         ),
         outcome=fine.outcome,
         error=error,
         time_unit=own,
         flags=(CREEPING,) if creeps else (),
         scene=subject.scene,
+        time_error=shift * unit,
     )
+
+
+def _apart(coarse: Track, fine: Track) -> tuple[float, float]:
+    """Return by how much the fronts of two runs differ, and the times of what happens in both."""
+    passed: list[dict[float, list[float]]] = [{}, {}]
+    for run, times in zip((coarse, fine), passed, strict=True):
+        for event in run.events:
+            if event.kind == "angle":
+                times.setdefault(round(event.angle, 1), []).append(event.t)
+    both = [(passed[0][angle], passed[1][angle]) for angle in passed[0].keys() & passed[1].keys()]
+    shifts = [np.abs(np.subtract(*pair)).max() for pair in both if len(pair[0]) == len(pair[1])]
+    shift = float(max(shifts, default=0.0))
+    return max(_missed(coarse, fine, shift), _missed(fine, coarse, shift)), shift
+
+
+def _missed(run: Track, other: Track, shift: float) -> float:
+    """Return how far the front of a run is at most from all that another has within a time."""
+    t = np.union1d(run.t, other.t)  # one that has ended keeps its last front
+    front = np.interp(t, run.t, run.front)
+    begin, end = (np.interp(t + by, other.t, other.front) for by in (-shift, shift))
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    first, last = np.searchsorted(other.t, t - shift), np.searchsorted(other.t, t + shift, "right")
+    for i in np.flatnonzero(last > first):
+        within = other.front[first[i] : last[i]]
+        low[i], high[i] = min(low[i], within.min()), max(high[i], within.max())
+    return float(np.maximum(np.maximum(low - front, front - high), 0.0).max())

@@ -158,6 +158,28 @@ def test_a_pressure_that_jumps_above_T0_between_looks_is_refused_when_it_does() 
         po.history(ROD, pressure=lambda t: 1.4 if 1.003 < t < 1.02 else 0.5, duration=3.0)
 
 
+def test_a_snap_that_comes_later_on_one_mesh_is_an_error_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracks, later = [], 1.5
+
+    def late(*args: object, **options: object) -> object:
+        found = carried(*args, **options)  # type: ignore[arg-type]
+        if not tracks:
+            track = found.track
+            events = tuple(event._replace(t=event.t + later) for event in track.events)
+            found = found._replace(track=replace(track, t=track.t + later, events=events))
+        tracks.append(found.track)
+        return found
+
+    monkeypatch.setattr("peel_opt.motion.history.carried", late)
+    run = po.history(ROD, pressure=([0.0, 9.0], [0.5, 0.5]))
+    coarse, fine = tracks
+    together, apart = (
+        np.abs(np.interp(fine.t, coarse.t - by, coarse.front) - fine.front).max() for by in (later, 0.0)
+    )
+    assert run.time_error == pytest.approx(later, abs=0.05)
+    assert run.error < 2.0 * together < 0.2 * apart
+
+
 def test_a_run_that_ends_before_the_other_counts_in_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """A mesh on which the rod lies down sooner is as far from the other as that one's front."""
     tracks = []
