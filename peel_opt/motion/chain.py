@@ -266,11 +266,13 @@ class Chain:
             if np.abs(change[:, THETA]).max() > 2.0:
                 return None
             size, was_free, free = float(np.abs(change[:, :3]).max()), free, u[:, Z] > 0.0
-            same, shrunk = np.array_equal(free, was_free), size / last
+            turned, shrunk = free != was_free, size / last
+            # What neither lifts nor presses, as an edge without glue and without load, may count as either.
+            same = not np.any(turned & (np.abs(u[:, Z]) > tol))
             # The next correction is less than this one times what this one is of the last.
             if same and (size < tol or (shrunk < SLOW and size * shrunk < tol)):
                 return _pressed(u, stiffness)
-            if not same or shrunk > SLOW:
+            if turned.any() or shrunk > SLOW:
                 factors = None
             last = size
         return None

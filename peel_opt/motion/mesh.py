@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..base.errors import OutOfRange
+from .acting import PRESSURE_ALONE
 from .chain import Chain
 from .memory import Memory
 from .moments import (
@@ -108,10 +110,11 @@ def carried(
         if told is not None:
             told(at.t)
         front = kept.rows[-1][1]
+        _require_held(chain, at, pressure(at.t), front)
         if length - front < END * chain.h:
             outcome = "end of rod"
             kept.happened(outcome)
-        elif not at.y.any():
+        elif not at.y.any() and (until.arrest or not _may_open(chain, at)):
             outcome = "closes"
         elif lift is not None:
             if at.t >= lift.end:
@@ -143,6 +146,28 @@ def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
     if front + AHEAD <= meshed or meshed >= length:
         return at
     return at.longer(max(round(min(BLOCK, length - meshed) / chain.h), 1), chain.h)
+
+
+def _may_open(chain: Chain, at: Moment) -> bool:
+    """Whether a rod that lies flat may be lifted again: part of it is not glued, or its tip is lifted."""
+    loads, flat = chain.loads, np.zeros(len(at.u))
+    holds = chain.glued(len(flat)) * chain.memory.holding(flat, at.open_to)[0]
+    held = chain.share(len(flat)) * chain.memory.pull(flat)[0]
+    return bool(np.any(holds < held)) or loads.tip_curvature > 0.0 or loads.tip_force[1] > 0.0
+
+
+def _require_held(chain: Chain, at: Moment, pressure: float, front: float) -> None:
+    """Raise where what acts on the attached rod is more than its bond."""
+    if chain.loads is PRESSURE_ALONE:  # which was asked before
+        return
+    lift = chain.loads.lift(pressure, max(front, 0.5 * chain.h))
+    if lift >= 1.0:
+        raise OutOfRange(
+            f"at t = {at.t:.6g} tau the front has come to {front:.6g} eta, where the attached rod is pulled"
+            f" off with {lift:.6g} T0: from there on the bond fails everywhere at once, and no front runs"
+            " that is local.",
+            remedy="Ask for a lower pressure, or for a time before.",
+        )
 
 
 def _stuck(kept: Recorder, at: Moment, until: Until) -> bool:

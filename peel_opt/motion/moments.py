@@ -130,9 +130,11 @@ def front_of(chain: Chain, at: Moment) -> float:
 def _damaged_to(chain: Chain, at: Moment) -> float:
     """Return where the opening that there has been would vanish, from where it is `DAMAGED` of the range.
 
-    It grows with the third power of the distance from the front.
+    It grows with the third power of the distance from the front.  A bond that was never fully open has as
+    range what it was open to.
     """
-    above = np.flatnonzero(at.open_to > DAMAGED / chain.memory.ratio)
+    most = float(np.max(at.open_to, where=chain.glued(len(at.u)) > 0.0, initial=0.0))
+    above = np.flatnonzero(at.open_to > DAMAGED * min(1.0 / chain.memory.ratio, most))
     if not above.size:
         return 0.0
     k = int(above[-1])

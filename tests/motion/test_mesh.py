@@ -12,7 +12,7 @@ from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.motion.acting import loads_on
 from peel_opt.motion.chain import THETA, Chain
 from peel_opt.motion.memory import Memory
-from peel_opt.motion.mesh import carried, run_on_mesh
+from peel_opt.motion.mesh import carried, chain_of, run_on_mesh
 from peel_opt.motion.moments import Moment, begun, step
 from peel_opt.motion.run import Posture, Setting, Until
 
@@ -86,17 +86,35 @@ def warm() -> tuple[Chain, Moment]:
     return chain, carried(chain, begins, lambda _: 0.9, Until(11.0, False, False), turn=0.05).last
 
 
-def test_steps_in_time_are_of_order_two():
-    chain, begins = warm()
+def orders(chain, begins, pressure, duration):
+    """Return the ratios of the changes of tip angle and height, each time that the steps are halved."""
     ends = []
     for many in (10, 20, 40, 80):
         at = replace(begins, dt=np.inf)
         for _ in range(many):
-            at = step(chain, at, 4.0 / many, 0.9)
+            at = step(chain, at, duration / many, pressure)
         ends.append((at.u[0, THETA], at.y[0]))
     differences = np.diff(ends, axis=0)
-    assert differences[:-1] / differences[1:] == pytest.approx(np.full((2, 2), 4.0), abs=0.3)
-    assert begins.y[0] < 0.7 * ends[0][1]
+    assert begins.y[0] < 0.95 * ends[0][1]
+    return differences[:-1] / differences[1:]
+
+
+def test_steps_in_time_are_of_order_two():
+    chain, begins = warm()
+    assert orders(chain, begins, 0.9, 4.0) == pytest.approx(np.full((2, 2), 4.0), abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("profile", "P"),
+    [(lambda at: 1.0 - 0.4 * at.xi + 0.4 * at.xi**2, 0.95), (lambda at: 1.0 - 0.1 * at.x, 0.75)],
+)
+def test_a_load_that_follows_the_front_keeps_the_order_of_the_steps(profile, P):
+    loads = loads_on(po.Scene(po.Rod.from_ratio(0.3), [po.Pressure(profile)]))
+    chain = Chain(0.1, Memory(COHESIVE, 0.3), 0.0, 1.0, loads=loads)
+    s = np.linspace(0.0, 4.3, 60)
+    begins = begun(chain, Posture(s, -0.8 * (1.0 - s / 4.3) ** 2, 0.0 * s), np.inf)
+    begins = carried(chain, begins, lambda _: P, Until(5.0, False, False), turn=0.05).last
+    assert orders(chain, begins, P, 1.0) == pytest.approx(np.full((2, 2), 4.0), abs=0.4)
 
 
 @pytest.mark.slow
@@ -249,3 +267,32 @@ def test_a_weight_is_a_stronger_bond_of_longer_range():
         found.append((at.u[:, THETA], at.y * unit))
     np.testing.assert_allclose(*found, atol=1e-8)
     assert found[0][1][0] > 0.8
+
+
+def ramp(scene, times, pressures, bond="reversible"):
+    setting = Setting(scene.rod.ratio, COHESIVE, pressures[0], 0.0, 1.0, bond, np.inf, loads_on(scene))
+    chain = chain_of(setting, 0)
+    until, longest = Until(times[-1], False, False), times[-1] / 100
+    return carried(
+        chain,
+        begun(chain, FLAT, np.inf),
+        lambda t: float(np.interp(t, times, pressures)),
+        until,
+        turn=0.05,
+        longest=longest,
+    ).track
+
+
+def test_an_edge_that_lies_down_rises_again():
+    edge = po.Scene(po.Rod.from_ratio(1.0), unbonded=1.0)
+    track = ramp(edge, [0.0, 200.0, 400.0, 420.0, 620.0], [0.3, 0.3, 0.0, 0.0, 0.3])
+    down = (track.t > 410.0) & (track.t < 420.0)
+    assert track.y[down].max() < 1e-12
+    assert track.front[-1] == pytest.approx(EDGE[0], abs=0.03)  # it lags
+    assert track.outcome == "not settled"
+
+
+def test_where_the_attached_rod_is_pulled_off_nothing_is_followed():
+    grows = po.Pressure(lambda at: 0.3 * at.s)
+    with pytest.raises(po.OutOfRange, match="pulled off"):
+        run_scene(po.Scene(po.Rod.from_ratio(1.0), [grows], unbonded=3.0), 0.9)
