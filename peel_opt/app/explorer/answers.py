@@ -160,5 +160,9 @@ def _followed(state: State, question: Question, before: Equilibrium) -> SolvedSt
     if moved is None:
         return None
     reached = SolvedState(*moved, question.given)
-    A = start.scalars.A
-    return reached if abs(reached.profile.scalars.A - A) <= NEIGHBOUR * (1.0 + abs(A)) else None
+    return reached if is_beside(start.scalars.A, reached.profile.scalars.A) else None
+
+
+def is_beside(before: float, A: float) -> bool:
+    """Whether a state of a tip angle may be the one of the picture before, a little moved."""
+    return abs(A - before) <= NEIGHBOUR * (1.0 + abs(before))

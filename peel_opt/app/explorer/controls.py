@@ -197,7 +197,7 @@ class Controls:
         for field, number in self.numbers.items():
             number.slider.on_change("value", self._slid(number, on_slider, rested=False))
             number.slider.on_change("value_throttled", self._slid(number, on_slider, rested=True))
-            number.field.on_change("value", self._typed(field, on_text))
+            number.field.on_change("value", self._told(field, on_text))
         self.texts = {
             name: TextInput(
                 title=f"{title} [{unit}]",
@@ -211,7 +211,7 @@ class Controls:
             )
         }
         for field, text in self.texts.items():
-            text.on_change("value", self._typed(field, on_text))
+            text.on_change("value", self._told(field, on_text))
         self.rod_box = Row(*self.texts.values(), spacing=0, sizing_mode="stretch_width")
         self.refused = Refused("rod", tuple(self.texts.values()))
         self.scene = Select(
@@ -222,7 +222,7 @@ class Controls:
             name="scene",
             stylesheets=_style(),
         )
-        self.scene.on_change("value", self._picked("scene", on_choice))
+        self.scene.on_change("value", self._told("scene", on_choice))
         self.label = Select(
             title="State",
             options=[],
@@ -231,7 +231,7 @@ class Controls:
             name="label",
             stylesheets=_style(),
         )
-        self.label.on_change("value", self._picked("label", on_choice))
+        self.label.on_change("value", self._told("label", on_choice))
         self.begin = Select(
             title="Begin with",
             options={"": [("", "…")], **{head: list(group) for head, group in presets().items() if group}},
@@ -240,7 +240,7 @@ class Controls:
             name="begin",
             stylesheets=_style(),
         )
-        self.begin.on_change("value", self._picked("begin", on_choice))
+        self.begin.on_change("value", self._told("begin", on_choice))
         self.play = Toggle(
             label="▶ Play sweep",
             sizing_mode="stretch_width",
@@ -313,10 +313,10 @@ class Controls:
 
         return changed
 
-    def _picked(self, field: str, on_choice: Callable[[str, str], None]) -> Callable[..., None]:
+    def _told(self, field: str, tell: Callable[[str, str], None]) -> Callable[..., None]:
         def changed(_attribute: str, _old: str, new: str) -> None:
             if not self._quiet:
-                on_choice(field, new)
+                tell(field, new)
 
         return changed
 
@@ -327,13 +327,6 @@ class Controls:
             if not self._quiet:
                 unit = self._units.get(number.name, 1.0)
                 on_slider(number.name, number.read() * unit, rested)
-
-        return changed
-
-    def _typed(self, field: str, on_text: Callable[[str, str], None]) -> Callable[..., None]:
-        def changed(_attribute: str, _old: str, new: str) -> None:
-            if not self._quiet:
-                on_text(field, new)
 
         return changed
 

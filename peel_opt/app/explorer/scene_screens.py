@@ -29,29 +29,25 @@ from ...equilibria.scenes import answered, require_certified, solve
 from ...model.labels import OBSERVABLE, fits
 from ...model.scene import Scene
 from ...plots.diagram import AT_PRESSURE, coordinates, diagram_panel, place
-from ...plots.loop import area_of, pressure_panel
+from ...plots.loop import pressure_panel
 from ...plots.panels import Axis, Line, Panel, room
 from ...plots.rod import rod_panel
-from ...plots.words import plain
 from ...residual.closures import READINGS
 from ...residual.meshes import MOVING
 from ...residual.scene_spectral import SceneProfile, SceneSolution
-from .answers import MOVING_TOL, ONE, Found, found_by
+from .answers import MOVING_TOL, ONE, Found, found_by, is_beside
 from .curves import Curve
 from .loops import NOT_COMPUTED, SWEEP, LoopSweep
 from .quick_walks import DENSE
-from .screen import Part, Screen, error_of
+from .screen import Screen
 from .state import METHODS, State
-from .words import answer_of, flags_said
+from .words import flags_said
 
 #: Least number of points and largest error of a traced branch, by accuracy.
 TRACED = {"sketch": (30, 1e-3), "draft": (30, 1e-4), "standard": (40, 1e-5), "reference": (56, 1e-8)}
 
 #: Pressure over the one at which the rod snaps or leaves T, up to which its folded states are drawn.
 ABOVE = 1.05
-
-#: Relative change of the tip angle within which the state of the picture before is followed.
-NEIGHBOUR = 0.25
 
 #: Room around a branch, as a share of it.
 _MARGIN = 0.1
@@ -167,10 +163,8 @@ def _followed(state: State, start: SceneProfile, before: Equilibrium, tol: float
     question = posed(_scene(state), asks.asked.name, {asks.given.name: state.value})
     method = Method(MOVING, adaptive=False)
     found = answered(question, start, before.state, tol, 0, began, method)
-    A = start.scalars.A
     assert isinstance(found.source, SceneSolution)
-    moved = found.source.problem.scalars(found.source.x).A
-    if abs(moved - A) > NEIGHBOUR * (1.0 + abs(A)):
+    if not is_beside(start.scalars.A, found.source.problem.scalars(found.source.x).A):
         raise NotConverged("the state before does not lead to this one.")
     return require_certified(question, found)
 
@@ -242,43 +236,23 @@ def _screen(
     if shown is not None and shown.branch.rod == state.rod:
         here = None if eq is None else place(shown.branch, eq.length, eq.pressure)
         diagram = (_read(shown) if curve is not None else _before(shown)).at(here)
-    parts = [Part("state", eq.stats.method if eq else "none", found.seconds, error_of(eq))]
-    if curve is not None:
-        parts.append(Part("diagram", curve.method, curve.seconds, f"{curve.error:.0e} in arclength"))
-    panel = None
-    headings = {
-        "diagram": f"Bifurcation diagram, stability {plain(AT_PRESSURE)}",
-        "potential": "Effective potential (35)",
-        "loop": "Hysteresis loop",
-    }
-    if isinstance(loop, LoopSweep):
-        panel = replace(loop.panel, here=None if here is None else here[::-1])
-        rod = _scene(state).rod
-        area = area_of(loop.loop, rod.adhesion_strength * rod.eta)
-        headings["loop"] += f", delay, area {area}{' T₀ η' if rod.dimensionless else ''}"
     warnings = list(flags_said(eq))
     if curve is not None and curve.branch.ended == "unresolved":
         warnings.append("The branch was followed only this far.")
     return Screen(
-        state=state,
-        full=full,
-        answer=None if eq is None else answer_of(eq),
+        state,
+        full,
+        found,
+        time.perf_counter() - began,
         rod=None if eq is None else rod_panel(eq),
-        diagram=diagram,
-        potential=None,
-        loop=panel,
-        sweep=loop if isinstance(loop, LoopSweep) else None,
-        headings=headings,
-        message=found.message,
-        warnings=tuple(warnings),
-        nearest=found.nearest,
-        no_loop=loop if isinstance(loop, str) else "",
-        no_potential=NO_POTENTIAL,
-        parts=tuple(parts),
-        seconds=time.perf_counter() - began,
-        equilibrium=eq,
         curve=curve,
+        diagram=diagram,
+        reading=AT_PRESSURE,
+        here=here,
         off_branch=math.nan if here is None or diagram is None else diagram.distance(here),
+        swept=loop,
+        no_potential=NO_POTENTIAL,
+        warnings=tuple(warnings),
         no_diagram=no_diagram,
         solving=found is NOTHING_YET,
     )

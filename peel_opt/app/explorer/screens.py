@@ -14,20 +14,18 @@ from ...equilibria.branch import Branch
 from ...equilibria.result import Equilibrium
 from ...equilibria.scene_trace import SceneTrace
 from ...plots.diagram import AT_LENGTH, AT_PRESSURE, coordinates, diagram_panel, place
-from ...plots.loop import CONVENTIONS, area_of
 from ...plots.panels import Line, Panel
 from ...plots.potential import named_panel
 from ...plots.rod import adhered_panel, rod_panel
-from ...plots.words import plain
 from .answers import Found, full_answer, quick_answer
 from .curves import Curve, law_of, own_branch, traced, window
-from .loops import LoopSweep, lambda_loop, pressure_loop
+from .loops import lambda_loop, pressure_loop
 from .potential import Landscape, landscape, off_by, too_far
 from .quick_walks import quick_groups, quick_rod
 from .scene_screens import quick_scene_screen, scene_screens
-from .screen import Part, Screen, error_of
+from .screen import Part, Screen
 from .state import State
-from .words import OFF_BRANCH, answer_of, warnings_of, why_no_branch
+from .words import OFF_BRANCH, warnings_of, why_no_branch
 
 #: Share of a picture's 50 ms that walks may take; what is left of a branch follows later.
 BUDGET = 0.026
@@ -195,10 +193,7 @@ def _screen(
         rod = rod_panel(eq)
     elif state.label == "adhered":
         rod = adhered_panel(own, 1.0 if own is None else own.critical_length)
-    parts = [Part("state", eq.stats.method if eq else "none", found.seconds, error_of(eq))]
-    estimate = "about " if curve.method.startswith("quick") else ""
-    parts.append(Part("diagram", curve.method, curve.seconds, f"{estimate}{curve.error:.0e} in arclength"))
-    potential, off, no_potential = None, math.nan, "no state, no β₀, no potential"
+    part, potential, off, no_potential = None, None, math.nan, "no state, no β₀, no potential"
     if land is not None:
         lam = state.lam if state.given == "groups" else (eq.lam if eq else 0.0)
         alpha1 = 0.0 if state.label == "adhered" else (None if eq is None else eq.alpha1)
@@ -206,53 +201,39 @@ def _screen(
         if alpha1 is not None:
             off = off_by(land[0], lam, alpha1)
         error = f"{off:.0e} in α₁ at the ball" if math.isfinite(off) else "-"
-        parts.append(Part("potential", land[0].source, land[1], error))
+        part = Part("potential", land[0].source, land[1], error)
         if too_far(potential, off):
             potential = None
             no_potential = f"Not shown: the {land[0].source} misses the state by {off:.2g} in α₁."
             if land[0].source.startswith("normal form"):
                 no_potential += " " + why_no_branch(land[0].potential.beta0, full)
-    sweep = lambda_loop(state, curve, _required(land)) if own is None else pressure_loop(state, curve)
-    loop: Panel | None = None
-    headings = {
-        "diagram": f"Bifurcation diagram, stability {plain(_reading(state))}",
-        "potential": "Effective potential (35)",
-        "loop": "Hysteresis loop",
-    }
-    if potential is not None and land is not None:
-        solved = land[0].source.startswith("quadrature")
-        headings["potential"] += f", {'by quadrature' if solved else land[0].source}"
-    if isinstance(sweep, LoopSweep):
-        # Its axes are those of the diagram, exchanged for a rod.
-        loop = replace(sweep.panel, here=here if own is None or here is None else here[::-1])
-        unit = 1.0 if own is None else own.adhesion_strength * own.eta
-        convention = CONVENTIONS[state.convention if own is None else "delay"]
-        headings["loop"] += f", {convention}, area {area_of(sweep.loop, unit)}{' T₀ η' if own else ''}"
+    swept = lambda_loop(state, curve, _required(land)) if own is None else pressure_loop(state, curve)
     shown = land[0] if land and potential is not None else None
+    potential_by = ""
+    if shown is not None:
+        potential_by = ", by quadrature" if shown.source.startswith("quadrature") else f", {shown.source}"
     warnings = warnings_of(state, eq, curve, shown, off, full)
     if off_branch:
         where = "Its own is dotted." if full else "Its own is drawn when the slider rests."
         warnings = (*(said for said in warnings if said != OFF_BRANCH), f"{OFF_BRANCH} {where}")
     return Screen(
-        state=state,
-        full=full,
-        answer=None if eq is None else answer_of(eq),
+        state,
+        full,
+        found,
+        time.perf_counter() - began,
         rod=rod,
-        diagram=diagram,
-        potential=potential,
-        loop=loop,
-        sweep=None if isinstance(sweep, str) else sweep,
-        headings=headings,
-        message=found.message,
-        warnings=warnings,
-        nearest=found.nearest,
-        no_loop=sweep if isinstance(sweep, str) else "",
-        no_potential=no_potential,
-        parts=tuple(parts),
-        seconds=time.perf_counter() - began,
-        equilibrium=eq,
         curve=curve,
+        diagram=diagram,
+        reading=_reading(state),
+        here=here,
         off_branch=off_line,
+        swept=swept,
+        convention=state.convention if own is None else "delay",
+        potential=potential,
+        potential_by=potential_by,
+        potential_part=part,
+        no_potential=no_potential,
+        warnings=warnings,
     )
 
 

@@ -65,8 +65,7 @@ class SceneNumber:
 
     def title(self, rod: Rod) -> str:
         """Return what stands above its slider."""
-        unit = self.unit(rod).name.replace("T0", "T₀").replace("eta", "η").replace("^-1", "⁻¹")
-        return f"{self.words} {self.symbol} [{unit}]"
+        return f"{self.words} {self.symbol} [{_in_letters(self.unit(rod).name)}]"
 
     def text(self, rod: Rod, value: float) -> str:
         """Return what stands in its field."""
@@ -80,8 +79,11 @@ class SceneNumber:
             return f"{self.symbol} = {value * 180.0 / math.pi:.4g}°"
         if not rod.dimensionless:
             return f"{self.symbol} = {display(value, self.dimension.unit, 4)}"
-        unit = self.dimension.unit_of(rod).replace("T0", "T₀").replace("eta", "η").replace("^-1", "⁻¹")
-        return f"{self.symbol} = {value:.4g} {unit}"
+        return f"{self.symbol} = {value:.4g} {_in_letters(self.dimension.unit_of(rod))}"
+
+
+def _in_letters(unit: str) -> str:
+    return unit.replace("T0", "T₀").replace("eta", "η").replace("^-1", "⁻¹")
 
 
 @dataclass(frozen=True)
