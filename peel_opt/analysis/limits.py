@@ -19,6 +19,7 @@ from ..continuation.goal import minimum_pressure
 from ..continuation.landing import UNFINISHED
 from ..continuation.primary import PrimaryBranch
 from ..continuation.special import Located
+from ..equilibria.unfolded import CUSP
 from ..model.bond import CohesiveLaw
 from ..model.equations import Scalars
 from ..model.rod import require_ratio
@@ -27,9 +28,6 @@ from ..residual.linear import Linearised, rate
 from .flaws import on_both_meshes
 from .maxwell_derivative import maxwell_gradient
 from .surface import Gradient
-
-#: eta/y0 at the cusp of the fold curve, above which lengths fold.
-CUSP = 0.32105
 
 #: eta/y0 up to which the two folds lie closer together than the points of the walk.
 TOO_CLOSE = 0.32106

@@ -24,12 +24,10 @@ from ..residual.scene_spectral import SceneDiscretisation
 from ..residual.shape import Solution
 from ..residual.solved_again import solved_again
 from .derivatives import Sensitivities
+from .surface import UNKNOWN
 
 #: Times the difference of two meshes that is reported, and what one solve loses to rounding, relatively.
 SAFE, ROUNDING = 4.0, 1e-12
-
-#: Relative error from which on a gradient counts as unknown.
-UNKNOWN = 0.1
 
 
 @one_thread

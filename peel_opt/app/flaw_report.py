@@ -14,6 +14,7 @@ from ..base.errors import NoEquilibrium, PeelOptError
 from ..base.files import atomic_write
 from ..base.units import ShownUnits
 from ..model.dimension import LENGTH, TRACTION
+from ..model.labels import CERTIFIED
 from ..model.rod import Rod, Units
 from .report import aligned, as_record, describe_rod
 from .scene_report import quantity
@@ -83,7 +84,7 @@ def flaws_record(
         closing: dict[str, Any] = {"status": least.status, "message": str(least)}
     else:
         closing = {f"pressure [{unit}]": least.pressure, "pressure_ratio": least.pressure_ratio}
-        closing |= {"error": least.error, "status": "certified"}
+        closing |= {"error": least.error, "status": CERTIFIED}
     return {
         "kind": "flaw",
         **Units.of(rod).rod(rod),

@@ -8,6 +8,7 @@ from typing import Any
 from ..analysis.peel import PeelPeak
 from ..base.units import ShownUnits, display
 from ..model.dimension import ENERGY, FORCE, LENGTH
+from ..model.labels import CERTIFIED
 from ..model.rod import Rod, Units
 from .report import aligned, describe_rod
 from .scene_report import DIGITS, quantity
@@ -67,4 +68,4 @@ def begin_record(rod: Rod, phi: float, steady: float, peak: PeelPeak | None) -> 
     own = {f"force [{units.force}]": peak.force, f"arm [{units.length}]": peak.arm}
     own |= {f"length [{units.length}]": peak.length, "tip_angle [rad]": peak.tip_angle}
     own |= {"force_ratio": peak.force_ratio, "error": peak.error, "certificate": peak.certificate}
-    return record | {"initiation": own | {"law": peak.law, "status": "certified"}}
+    return record | {"initiation": own | {"law": peak.law, "status": CERTIFIED}}

@@ -11,6 +11,7 @@ from ..base.units import ANGLE, CURVATURE, ShownUnits, display
 from ..equilibria.result import Equilibrium
 from ..model.blister import Blister
 from ..model.dimension import LENGTH, Dimension
+from ..model.labels import CERTIFIED
 from ..model.loads import Pressure
 from ..model.mixed_bonds import LINE, Opening, ShearSprings
 from ..model.rod import Rod, Units
@@ -94,7 +95,7 @@ def flaw_cells(limit: FlawLimit, shown: ShownUnits | None = None) -> dict[str, s
         "sbar/eta": number(limit.length / limit.rod.eta),
         "state": "snap",
         "law": limit.law,
-        "status": "certified",
+        "status": CERTIFIED,
         "error": f"{limit.error:.1e}",
         "certificate": f"{limit.certificate:.1e}",
         "flags": "-",
@@ -119,7 +120,7 @@ def flaw_record(limit: FlawLimit) -> dict[str, Any]:
     record |= {
         name: getattr(limit, name) for name in ("pressure_ratio", "flaw_ratio", "error", "certificate")
     }
-    return record | {"law": limit.law, "status": "certified", "flags": []} | units.rod(limit.rod)
+    return record | {"law": limit.law, "status": CERTIFIED, "flags": []} | units.rod(limit.rod)
 
 
 def number(value: float) -> str:

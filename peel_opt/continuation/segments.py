@@ -18,14 +18,11 @@ from ..base.arrays import EPS
 from ..base.quadrature import Grid
 from ..model.equations import Scalars
 from ..residual.accuracy import SAFE, UNITS, can_estimate
-from ..residual.batch import CHORD, Solved, solve
+from ..residual.batch import CHORD, CHUNK, Solved, solve
 from ..residual.closures import READINGS, Closure, charts
 from ..residual.compiled_stack import AnyStack, CompiledStack
 from ..residual.stack import TAIL, gradient
 from .points import Point, cubic
-
-#: States that go through the machine together: their matrices stay in the cache.
-CHUNK = 128
 
 #: Update of Newton's method below which the inverse is that of the solution, to as many digits.
 FRESH = 1e-10

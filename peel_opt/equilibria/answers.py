@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -20,7 +19,7 @@ from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..base.units import in_si
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
 from ..model.groups import PI4
-from ..model.labels import known_state
+from ..model.labels import CERTIFIED, counted, known_state
 from ..model.renumbered import renumbered
 from ..model.rod import Rod
 from ..model.scene import Scene
@@ -44,9 +43,6 @@ TEXTS = ("states", "statuses", "laws", "flags", "reasons")
 
 #: How arrays of the numbers of a scene are called in files.
 OF_SCENE = "scene "
-
-#: Status of an answer that may be used.
-CERTIFIED = "certified"
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +127,7 @@ class Answers(Stored):
 
     def summary(self) -> str:
         """Return how many questions have an answer, and why the others have none."""
-        counts = Counter(self.statuses.ravel().tolist())
-        answered = counts.pop(CERTIFIED, 0)
-        others = [f"{number} {status}" for status, number in sorted(counts.items())]
-        return ", ".join([f"{answered} of {len(self)} certified", *others])
+        return counted(self.statuses)
 
     def __repr__(self) -> str:
         lines = [f"Answers: {self.asked} of {' and '.join(self.given)}, {self.summary()}"]

@@ -15,12 +15,9 @@ import numpy as np
 from ..base.threads import one_thread
 from ..model.bond import COHESIVE
 from ..model.labels import UNFOLDED
-from ..residual.batch import Solved, solve
+from ..residual.batch import CHUNK, Solved, solve
 from ..residual.stack import TAIL, gradient
 from .unfolded import Many, Start, Traits, labelled, on_charts, starts, strayed, unbent
-
-#: States that go through the machine together: their matrices stay in the cache.
-CHUNK = 128
 
 #: How often a mesh is refined where the error misses the tolerance.
 REFINEMENTS = 2

@@ -48,7 +48,7 @@ from ..residual.spectral import SpectralDiscretisation
 from ..residual.transcriptions import Collocation, Shooting, Spectral
 from .closed_form import closed_form
 from .question import Question
-from .result import Equilibrium, Stats
+from .result import Equilibrium, Stats, verdict
 
 #: How often a mesh may be refined before the tolerance counts as out of reach.
 MOST_REFINEMENTS = 5
@@ -464,7 +464,6 @@ def certify(
         "self-contact": most_angle - least_angle > math.pi and source.shape().crosses_itself(),
     }
     missed = solved.certificate(effective)
-    certified = solved.error <= tol and missed <= tol
     stats = solved.stats
     if before is not None:
         stats = replace(stats, path_points=before.walked, seconds=time.perf_counter() - before.began)
@@ -478,7 +477,7 @@ def certify(
         certificate=missed,
         tol=tol,
         state=state,
-        status="certified" if certified else "not-certified",
+        status=verdict(solved.error, missed, tol),
         flags=tuple(name for name, is_so in present.items() if is_so),
         stats=stats,
         source=source,

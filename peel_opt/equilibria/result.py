@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..base.drawing import Pictured
-from ..base.errors import InvalidInput
+from ..base.errors import InvalidInput, NotCertified
 from ..base.records import Schema, Stored, Table, read_csv
 from ..model.groups import Groups
-from ..model.labels import DISQUALIFYING
+from ..model.labels import CERTIFIED, DISQUALIFYING
 from ..model.rod import Rod
 from ..residual.closures import Closure
 from ..residual.shape import Shape, Solution
@@ -32,6 +32,11 @@ from .storage import (
 
 if TYPE_CHECKING:
     from ..model.scene import Scene
+
+
+def verdict(error: float, certificate: float, tol: float) -> str:
+    """Return the status of an answer with this error and certificate."""
+    return CERTIFIED if error <= tol and certificate <= tol else NotCertified.status
 
 
 @dataclass(frozen=True)
@@ -183,7 +188,7 @@ class Equilibrium(Groups[float], Pictured, Stored):
     @property
     def certified(self) -> bool:
         """Whether error and certificate are within ``tol``."""
-        return self.status == "certified"
+        return self.status == CERTIFIED
 
     @property
     def valid(self) -> bool:

@@ -46,7 +46,7 @@ from ..residual.scene_spectral import (
 )
 from ..residual.transcriptions import Transcription
 from .methods import METHODS, Method, as_method
-from .result import Equilibrium, Stats
+from .result import Equilibrium, Stats, verdict
 from .scene_question import COMMON, SceneQuestion, posed
 from .select import far_from
 
@@ -599,7 +599,6 @@ def report(
     if scene.layer is not None:
         rigid = scene.layer.rigid_length(s.sigma, reaction / s.sigma**2, q)
         numbers |= {"pull_ahead": rod.pressure(pull), "rigid_length": rod.length(rigid)}
-    certified = error <= tol and missed <= tol
     return Equilibrium(
         rod=rod,
         law=scene.bond.name,
@@ -611,7 +610,7 @@ def report(
         certificate=missed,
         tol=tol,
         state=state,
-        status="certified" if certified else "not-certified",
+        status=verdict(error, missed, tol),
         flags=tuple(name for name, is_so in present.items() if is_so),
         stats=stats,
         source=source,

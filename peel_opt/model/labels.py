@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from ..base.errors import InvalidInput
 
@@ -16,6 +19,23 @@ OBSERVABLE = ("unfolded", *UNFOLDED, "folded")
 
 #: All that may be asked for.  An answer off the primary branch is "other".
 STATES = (*OBSERVABLE, "spurious")
+
+
+#: Status of an answer that may be used.
+CERTIFIED = "certified"
+
+
+def counted(statuses: np.ndarray, of: str = "") -> str:
+    """Return how many of some answers may be used, and why the others may not.
+
+    Examples
+    --------
+    >>> counted(np.array(["certified", "no-equilibrium"]), " points")
+    '1 of 2 points certified, 1 no-equilibrium'
+    """
+    counts = Counter(statuses.ravel().tolist())
+    others = [f"{number} {status}" for status, number in sorted(counts.items()) if status != CERTIFIED]
+    return ", ".join([f"{counts[CERTIFIED]} of {statuses.size}{of} {CERTIFIED}", *others])
 
 
 def fits(label: str, state: str | None) -> bool:

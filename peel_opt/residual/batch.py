@@ -33,6 +33,9 @@ CHORD = 3e-3
 #: done its work and is no more that of the solution: beside folds.
 STALE, FINE = 1e-3, 1e-6
 
+#: States that go through the machine together: their matrices stay in the cache.
+CHUNK = 128
+
 #: Largest scaled update at which to stop, and iterations at most.
 ENOUGH, MOST_ITERATIONS = 1e-11, 10
 

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from ...base.errors import NoEquilibrium
 from ...equilibria.ask import equilibrium, length_given_pressure
+from ...model.labels import CERTIFIED
 from ...model.rod import RATIOS, Rod
 from ...studies.tradeoff.compare import METHODS, Compared, compare
 from .. import style
@@ -156,7 +157,7 @@ def _without(ax: Axes, scan: Sequence[Compared], method: str) -> None:
     """Mark what a method gave no answer to."""
     tried = [(place.x, place.y, place.by(method).status) for place in scan]
     nothing = [(x, y) for x, y, status in tried if status == NoEquilibrium.status]
-    refused = [(x, y) for x, y, status in tried if status not in ("certified", NoEquilibrium.status)]
+    refused = [(x, y) for x, y, status in tried if status not in (CERTIFIED, NoEquilibrium.status)]
     for places, colour, marker, size, words in (
         (nothing, look.SPURIOUS, ".", 5, NOTHING),
         (refused, look.STRAIGHT, "x", 10, REFUSED),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -23,15 +22,13 @@ from ...base.records import (
     titled,
     write_netcdf,
 )
+from ...model.labels import CERTIFIED, counted
 from ...model.rod import MATERIAL, Rod, Units
 from .answers import NUMBERS, TEXTS
 from .plan import given_among
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-#: Status of an answer that may be used.
-CERTIFIED = "certified"
 
 #: Bytes of a file: more than the largest sweep.
 LARGEST = 8_000_000_000
@@ -245,10 +242,7 @@ class Sweep(Pictured, Stored):
 
     def summary(self) -> str:
         """Return how many points have an answer, and why the others have none."""
-        counts = Counter(self.values["status"].ravel().tolist())
-        answered = counts.pop(CERTIFIED, 0)
-        others = [f"{number} {status}" for status, number in sorted(counts.items())]
-        return ", ".join([f"{answered} of {len(self)} points certified", *others])
+        return counted(self.values["status"], " points")
 
     def __repr__(self) -> str:
         sides = " x ".join(map(str, self.shape))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from ...equilibria.result import Equilibrium
+from ...model.labels import CERTIFIED
 
 #: The rungs of the ladder, and what climbs it.
 METHODS = ("series", "spectral", "collocation", "shooting", "auto")
@@ -50,7 +51,7 @@ class Attempt:
     @property
     def certified(self) -> bool:
         """Whether there is an answer."""
-        return self.status == "certified"
+        return self.status == CERTIFIED
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from ...analysis.unbonded import critical_flaw, safe_pressure
 from ...base.errors import InvalidInput, NoEquilibrium, OutOfRange, PeelOptError
 from ...base.progress import Progress, progress
 from ...equilibria.scenes import solve
+from ...model.labels import CERTIFIED
 from ...model.rod import MATERIAL, RATIOS, Rod
 from ...model.scene import Scene
-from ..sweep.table import CERTIFIED
 from .fates import Sampled, fates_of
 
 #: What is asked, with what is given for it.

@@ -13,8 +13,8 @@ from ...analysis.flaws import PressureLimit, readhesion_pressure
 from ...analysis.maxwell_derivative import maxwell_gradient
 from ...base.arrays import EPS
 from ...base.errors import InvalidInput, NoEquilibrium, PeelOptError
+from ...model.labels import CERTIFIED
 from ...model.rod import MATERIAL, Rod
-from ..sweep.table import CERTIFIED
 from .fates import Sampled
 
 LIMITS = ("readhesion_pressure", "maxwell_length")
