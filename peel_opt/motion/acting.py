@@ -58,8 +58,8 @@ class Loads:
         Length from the tip that was never glued.
     tip_force : tuple of float
         Along x and y.
-    moment, natural_curvature : float
-        Of the tip, anticlockwise, and of the rod; theta'(0) is the second less the first.
+    moment, natural_curvature, wall_curvature : float
+        Of the tip, anticlockwise; of the rod; of the wall.
     """
 
     breaks: tuple[tuple[str, float], ...] = ()
@@ -69,11 +69,12 @@ class Loads:
     tip_force: tuple[float, float] = (0.0, 0.0)
     moment: float = 0.0
     natural_curvature: float = 0.0
+    wall_curvature: float = 0.0
 
     @property
     def tip_curvature(self) -> float:
-        """theta'(0), times eta."""
-        return self.natural_curvature - self.moment
+        """theta'(0), times eta, of an angle that counts from where the rod lay."""
+        return self.natural_curvature - self.moment - self.wall_curvature
 
     def at(
         self,
@@ -176,6 +177,11 @@ class SceneLoads(Loads):
     def natural_curvature(self) -> float:  # type: ignore[override]
         """Of the rod."""
         return self.scene.numbers.get("natural_curvature", 0.0)
+
+    @cached_property
+    def wall_curvature(self) -> float:  # type: ignore[override]
+        """Of the wall."""
+        return float(self.scene.wall.curvature_of(self.scene.numbers))
 
     def at(
         self,

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import eig
 
 from ..base.errors import InvalidInput, NoEquilibrium, NotConverged
 from ..equilibria.result import Equilibrium
+from ..model.scene import Scene
+from ..residual.shape import Shape
 from .flap import Flap
-from .layout import along, laid_out
+from .layout import along, laid_out, through
 from .run import Posture, Setting
 
 #: Degree of the polynomials, and points of the posture that is handed on.
@@ -57,8 +58,18 @@ def departure(setting: Setting, eq: Equilibrium) -> Departure:
 
 def stretched(eq: Equilibrium, length: float) -> Posture:
     """Return the shape of an equilibrium at rest, stretched to a length over eta."""
-    s = eq.shape.xi * length
-    return Posture(s, eq.shape.theta, np.zeros_like(s))
+    scene = eq.scene
+    kw = float(scene.wall.curvature_of(scene.numbers)) if isinstance(scene, Scene) else 0.0
+    return at_rest(eq.shape, eq.length_ratio, kw, length)
+
+
+def at_rest(shape: Shape, sbar: float, wall_curvature: float, length: float) -> Posture:
+    """Return a shape of a length ``sbar`` at rest, stretched to another.
+
+    Its angle counts from the direction of the wall at its front; that of a posture from where the rod lay.
+    """
+    s = shape.xi * length
+    return Posture(s, shape.theta + wall_curvature * sbar * (1.0 - shape.xi), np.zeros_like(s))
 
 
 def require_attached(start: Posture, setting: Setting) -> None:
@@ -78,8 +89,8 @@ def require_attached(start: Posture, setting: Setting) -> None:
 
 def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
     """Return an equilibrium as one of the moving rod."""
-    s, still = eq.shape.xi * eq.length_ratio, np.zeros
-    flap, u, _ = laid_out(setting, DEGREE, eq.length_ratio, CubicSpline(s, eq.shape.theta))
+    start, still = stretched(eq, eq.length_ratio), np.zeros
+    flap, u, _ = laid_out(setting, DEGREE, eq.length_ratio, *through(start))
     last = np.inf
     for _ in range(MOST_CORRECTIONS):
         at = flap.balance(u, still(flap.size), still(flap.size))

@@ -2,9 +2,10 @@
 
 Material points at which a load or the bond ends part the polynomials as well.
 
-A point at a fixed fraction of its phase is at x = sbar - int cos(theta), y = -int sin(theta), from the
-front back, and belongs to another s as the lengths of the phases change: a material point moves with
-v = r_t - t s_t.  The principle of virtual power then reads, for every motion the polynomials can make,
+theta counts from where the rod lay: on a wall of curvature kw its direction is phi = theta + kw s.  A point
+at a fixed fraction of its phase is at the front less int (cos phi, sin phi), from there back, and belongs to
+another s as the lengths of the phases change: a material point moves with v = r_t - t s_t.  The principle of
+virtual power then reads, for every motion the polynomials can make,
 
     int (f + f_b - c v - rho v_t) . delta r ds + F . delta r(0) + M delta theta(0) = delta U,
 
@@ -24,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .acting import Acted, Past
+from .arc import Above, Arc
 from .basis import Basis, basis
 from .run import Setting
 from .tractions import NOTHING, Traction
@@ -55,16 +57,29 @@ class Balance(NamedTuple):
 
 
 class Shapes(NamedTuple):
-    """Angle, curvature, place and height at the Gauss points, and what integrates over them."""
+    """Direction, curvature and place at the Gauss points, and what integrates over them.
 
-    theta: np.ndarray
+    ``ahead`` is the direction of the wall at the front, (cos, sin) with one more axis for the points.
+    """
+
+    phi: np.ndarray
     curvature: np.ndarray
     sine: np.ndarray
     cosine: np.ndarray
     x: np.ndarray
     y: np.ndarray
+    s: np.ndarray
+    sbar: np.ndarray
     weights: np.ndarray
     inward: np.ndarray
+    ahead: tuple[np.ndarray, np.ndarray]
+
+
+class Bonded(NamedTuple):
+    """Where the points are above the wall, and the traction there with its slope by the gap."""
+
+    above: Above
+    held: tuple[np.ndarray, np.ndarray]
 
 
 class Rates(NamedTuple):
@@ -143,6 +158,11 @@ class Flap:
         return [NOTHING if phase.piece is None else Traction(pieces[phase.piece]) for phase in self.phases]
 
     @cached_property
+    def arc(self) -> Arc:
+        """The wall."""
+        return Arc(self.setting.loads.wall_curvature)
+
+    @cached_property
     def first_bonded(self) -> int:
         """The phase nearest to the tip that was glued."""
         return next(j for j, phase in enumerate(self.phases) if phase.piece is not None)
@@ -190,13 +210,15 @@ class Flap:
 
     def shapes(self, u: np.ndarray) -> Shapes:
         """Return the shape at the Gauss points."""
-        value, slope = self.basis.tables
-        theta, lengths = u[..., self.fields] @ value.T, u[..., self.lengths]
-        inward = self.basis.reaching(lengths)
-        sine, cosine = np.sin(theta), np.cos(theta)
-        curvature = u[..., self.fields] @ slope.T / self._spread(lengths)
-        x, y = lengths.sum(axis=-1, keepdims=True) - _on(inward, cosine), -_on(inward, sine)
-        return Shapes(theta, curvature, sine, cosine, x, y, lengths @ self.basis.whole, inward)
+        lengths, kw = u[..., self.lengths], self.arc.curvature
+        phi, s = self._moved(u)
+        inward, sbar = self.basis.reaching(lengths), lengths.sum(axis=-1, keepdims=True)
+        sine, cosine = np.sin(phi), np.cos(phi)
+        curvature = u[..., self.fields] @ self.basis.tables[1].T / self._spread(lengths) + kw
+        front_x, front_y = self.arc.at(sbar)
+        x, y = front_x - _on(inward, cosine), front_y - _on(inward, sine)
+        weights, ahead = lengths @ self.basis.whole, (np.cos(kw * sbar), np.sin(kw * sbar))
+        return Shapes(phi, curvature, sine, cosine, x, y, s, sbar, weights, inward, ahead)
 
     def rates(self, at: Shapes, z: np.ndarray, a: np.ndarray) -> Rates:
         """Return velocities and accelerations for rates and rates of rates of the unknowns."""
@@ -208,17 +230,20 @@ class Flap:
             return Rates(vx, vy, nothing, nothing, spin)
         turning = self.basis.reaching(z[..., self.lengths])
         ax, ay = self._carried(at, a)
+        swerve = self.arc.curvature * z[..., self.lengths].sum(axis=-1, keepdims=True) ** 2
         ax = (
             ax
             + 2.0 * _on(turning, at.sine * phi)
             + _on(at.inward, at.cosine * phi**2)
             + at.sine * st * (phi + spin)
+            - at.ahead[1] * swerve
         )
         ay = (
             ay
             - 2.0 * _on(turning, at.cosine * phi)
             + _on(at.inward, at.sine * phi**2)
             - at.cosine * st * (phi + spin)
+            + at.ahead[0] * swerve
         )
         return Rates(vx, vy, ax, ay, spin)
 
@@ -232,45 +257,63 @@ class Flap:
         mesh: np.ndarray = 1.0 - self.basis.outward.sum(axis=2).T
         return mesh
 
+    @cached_property
+    def _turning(self) -> np.ndarray:
+        """How the phi of each point turns with the unknowns, (points, unknowns without multipliers)."""
+        return np.hstack([self.basis.tables[0], self.arc.curvature * self._mesh])
+
     def _moved(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how theta at the points, and their s, change with the unknowns."""
-        return z[..., self.fields] @ self.basis.tables[0].T, z[..., self.lengths] @ self._mesh.T
+        """Return how phi at the points, and their s, change with the unknowns."""
+        return z[..., : self.lengths.stop] @ self._turning.T, z[..., self.lengths] @ self._mesh.T
 
     def _carried(self, at: Shapes, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how points of the rod move when the unknowns change by ``z``."""
         (phi, st), spread = self._moved(z), z[..., self.lengths]
         outward = self.basis.reaching(spread)
-        x = spread.sum(axis=-1, keepdims=True) + _on(at.inward, at.sine * phi) - _on(outward, at.cosine)
-        y = -_on(at.inward, at.cosine * phi) - _on(outward, at.sine)
+        runs = spread.sum(axis=-1, keepdims=True)
+        x = runs * at.ahead[0] + _on(at.inward, at.sine * phi) - _on(outward, at.cosine)
+        y = runs * at.ahead[1] - _on(at.inward, at.cosine * phi) - _on(outward, at.sine)
         return x - at.cosine * st, y - at.sine * st
 
-    def _carriers(self, at: Shapes) -> np.ndarray:
-        """Return the matrices of `_carried`, x over y, (2 points, unknowns without multipliers)."""
-        value, per_length = self.basis.tables[0], self.basis.per_length
-        points, stop = value.shape[0], self.lengths.stop
-        both = np.empty((*at.theta.shape[:-1], 2 * points, stop))
+    def _placed(self, at: Shapes) -> np.ndarray:
+        """Return how points at fixed fractions of the phases change place with the unknowns.
+
+        x over y, (2 points, unknowns without multipliers).
+        """
+        points, per_length = at.sine.shape[-1], self.basis.per_length
+        both = np.empty((*at.phi.shape[:-1], 2 * points, self.lengths.stop))
         x, y = both[..., :points, :], both[..., points:, :]
-        x[..., self.fields] = at.inward @ (_columns(at.sine) * value)
-        y[..., self.fields] = -at.inward @ (_columns(at.cosine) * value)
-        x[..., self.lengths] = 1.0 - per_length(at.cosine) - _columns(at.cosine) * self._mesh
-        y[..., self.lengths] = -per_length(at.sine) - _columns(at.sine) * self._mesh
+        x[...] = at.inward @ (_columns(at.sine) * self._turning)
+        y[...] = -at.inward @ (_columns(at.cosine) * self._turning)
+        x[..., self.lengths] += at.ahead[0][..., None] - per_length(at.cosine)
+        y[..., self.lengths] += at.ahead[1][..., None] - per_length(at.sine)
         return both
+
+    def _carriers(self, at: Shapes, placed: np.ndarray) -> np.ndarray:
+        """Return the matrices of `_carried`, as those of `_placed`."""
+        both = placed.copy()
+        both[..., self.lengths] -= _columns(np.concatenate([at.cosine, at.sine], axis=-1)) * self._mesh_twice
+        return both
+
+    @cached_property
+    def _mesh_twice(self) -> np.ndarray:
+        return np.tile(self._mesh, (2, 1))
 
     def _carriers_changed(self, at: Shapes, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of `_carried` by the unknowns, as `_carriers` does."""
-        value, per_length = self.basis.tables[0], self.basis.per_length
         (phi, st), turning = self._moved(z), self.basis.reaching(z[..., self.lengths])
-        points, stop = value.shape[0], self.lengths.stop
-        both = np.empty((*at.theta.shape[:-1], 2 * points, stop))
-        for here, first, second in (
-            (both[..., :points, :], at.cosine, at.sine),
-            (both[..., points:, :], at.sine, -at.cosine),
+        points = at.sine.shape[-1]
+        both = np.empty((*at.phi.shape[:-1], 2 * points, self.lengths.stop))
+        swerve = self.arc.curvature * z[..., self.lengths].sum(axis=-1)[..., None, None]
+        for here, first, second, ahead in (
+            (both[..., :points, :], at.cosine, at.sine, -at.ahead[1]),
+            (both[..., points:, :], at.sine, -at.cosine, at.ahead[0]),
         ):
-            # By theta: of inward (first phi), of turning second, and of what stands at the points.
+            # By phi: of inward (first phi), of turning second, and of what stands at the points.
             matrix = at.inward * (first * phi)[..., None, :] + turning * second[..., None, :]
             self._add_diagonal(matrix, second * st)
-            here[..., self.fields] = matrix @ value
-            here[..., self.lengths] = per_length(second * phi)
+            here[...] = matrix @ self._turning
+            here[..., self.lengths] += self.basis.per_length(second * phi) + swerve * ahead[..., None]
         return both
 
     @staticmethod
@@ -288,17 +331,17 @@ class Flap:
         u, z, a : ndarray, shape (..., size)
             Unknowns, their rates and the rates of these; multipliers count in ``u`` only.
         """
-        at, s, value = self.shapes(u), self.setting, self.basis.tables[0]
-        acted = self._acted(at, u[..., self.lengths])
-        forces, slope = self._forces(at, acted, z, a)
-        moving, points = slice(0, self.lengths.stop), value.shape[0]
+        at, s = self.shapes(u), self.setting
+        acted, bond = self._acted(at), self._bond(at)
+        forces = self._forces(at, acted, bond, z, a)
+        moving = slice(0, self.lengths.stop)
         by_state, by_rate, by_second = (np.zeros((*u.shape, self.size)) for _ in range(3))
         w = _columns(np.concatenate([at.weights, at.weights], axis=-1))
         # What acts on a point, as the shape changes under it.
-        acting = -s.drag * self._carriers_changed(at, z)
-        acting[..., points:, :] -= _columns(s.ratio * slope) * self._heights_changed(at)
-        self._add_loads_changed(acting, at, acted)
-        carriers = self._carriers(at)
+        acting, placed = -s.drag * self._carriers_changed(at, z), self._placed(at)
+        self._add_bond_changed(acting, placed, bond)
+        self._add_loads_changed(acting, placed, acted)
+        carriers = self._carriers(at, placed)
         weighted = _turned(w * carriers)
         resisted = weighted @ carriers
         if s.mass:
@@ -322,7 +365,7 @@ class Flap:
     def residual(self, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Return what must vanish alone."""
         at = self.shapes(u)
-        forces, _ = self._forces(at, self._acted(at, u[..., self.lengths]), z, a)
+        forces = self._forces(at, self._acted(at), self._bond(at), z, a)
         return self._virtual(u, at, *(at.weights * force for force in forces))
 
     @cached_property
@@ -339,18 +382,16 @@ class Flap:
             found.append((past, slice(first * each, (first + len(others) + 1) * each)))
         return found
 
-    def _acted(self, at: Shapes, lengths: np.ndarray) -> Acted:
+    def _acted(self, at: Shapes) -> Acted:
         """Return what the loads are at the points."""
-        s, loads, pressure = lengths @ self._mesh.T, self.setting.loads, self.setting.pressure
-        sbar = np.broadcast_to(lengths.sum(axis=-1, keepdims=True), s.shape)
-        theta, x, y = at.theta, at.x, at.y
+        sbar = np.broadcast_to(at.sbar, at.s.shape)
         parts = [
-            loads.at(
-                pressure,
-                theta[..., here],
-                x[..., here],
-                y[..., here],
-                s[..., here],
+            self.setting.loads.at(
+                self.setting.pressure,
+                at.phi[..., here],
+                at.x[..., here],
+                at.y[..., here],
+                at.s[..., here],
                 sbar[..., here],
                 past,
             )
@@ -364,48 +405,68 @@ class Flap:
         by_place = [part.by_place for part in parts if part.by_place is not None]
         return Acted(force, by_theta, np.concatenate(by_place, axis=-1) if by_place else None)
 
-    def _add_loads_changed(self, acting: np.ndarray, at: Shapes, acted: Acted) -> None:
+    def _add_loads_changed(self, acting: np.ndarray, placed: np.ndarray, acted: Acted) -> None:
         """Add what the loads change by, x over y, as the unknowns without multipliers do."""
-        value = self.basis.tables[0]
-        points = value.shape[0]
-        for i, rows in enumerate((slice(0, points), slice(points, 2 * points))):
-            acting[..., rows, self.fields] += _columns(acted.by_theta[i]) * value
+        points = self._turning.shape[0]
+        x, y = rows = slice(0, points), slice(points, 2 * points)
+        for i, here in enumerate(rows):
+            acting[..., here, :] += _columns(acted.by_theta[i]) * self._turning
             if acted.by_place is not None:
                 by_x, by_y, by_s, by_sbar = (_columns(part[i]) for part in acted.by_place)
-                acting[..., rows, :] += by_x * self._places_changed(at) + by_y * self._heights_changed(at)
-                acting[..., rows, self.lengths] += by_s * self._mesh + by_sbar
+                acting[..., here, :] += by_x * placed[..., x, :] + by_y * placed[..., y, :]
+                acting[..., here, self.lengths] += by_s * self._mesh + by_sbar
 
-    def _pulled(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
-        """Return traction and slope of the bond at the points."""
-        phases = (len(self.pieces), -1)
-        heights = (self.setting.ratio * at.y).reshape(*at.y.shape[:-1], *phases)
-        pulled = [piece.pull(heights[..., j, :]) for j, piece in enumerate(self.pieces)]
+    def _add_bond_changed(self, acting: np.ndarray, placed: np.ndarray, bond: Bonded) -> None:
+        """Add the same of what the bond holds."""
+        (traction, slope), (_, nx, ny, turning) = bond.held, bond.above
+        points = self._turning.shape[0]
+        x, y = slice(0, points), slice(points, 2 * points)
+        if not self.arc:
+            acting[..., y, :] -= _columns(slope) * placed[..., y, :]
+            return
+        rises = _columns(nx) * placed[..., x, :] + _columns(ny) * placed[..., y, :]
+        slides = _columns(ny) * placed[..., x, :] - _columns(nx) * placed[..., y, :]
+        # The normal turns towards where a point comes from.
+        acting[..., x, :] -= _columns(slope * nx) * rises - _columns(traction * turning * ny) * slides
+        acting[..., y, :] -= _columns(slope * ny) * rises + _columns(traction * turning * nx) * slides
+
+    def _bond(self, at: Shapes) -> Bonded:
+        """Return what the bond holds at the points."""
+        above, phases = self.arc.above(at.x, at.y), (len(self.pieces), -1)
+        opened = (self.setting.ratio * above.gap).reshape(*above.gap.shape[:-1], *phases)
+        pulled = [piece.pull(opened[..., j, :]) for j, piece in enumerate(self.pieces)]
         traction, slope = (np.concatenate(parts, axis=-1) for parts in zip(*pulled, strict=True))
-        return traction, slope
+        return Bonded(above, (traction, self.setting.ratio * slope))
 
     def _forces(
-        self, at: Shapes, acted: Acted, z: np.ndarray, a: np.ndarray
-    ) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-        """Return what acts on the points, motion included, and the slope of the traction in it."""
-        s, rates = self.setting, self.rates(at, z, a)
-        traction, slope = self._pulled(at)
-        fx = acted.force[0] - s.drag * rates.vx - s.mass * rates.ax
-        fy = acted.force[1] - traction - s.drag * rates.vy - s.mass * rates.ay
-        return (fx, fy), slope
+        self, at: Shapes, acted: Acted, bond: Bonded, z: np.ndarray, a: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what acts on the points, motion included."""
+        s, rates, traction = self.setting, self.rates(at, z, a), bond.held[0]
+        fx = acted.force[0] - traction * bond.above.nx - s.drag * rates.vx - s.mass * rates.ax
+        fy = acted.force[1] - traction * bond.above.ny - s.drag * rates.vy - s.mass * rates.ay
+        return fx, fy
 
     def _virtual(self, u: np.ndarray, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
         """Return the virtual power of forces at the points, of bending and of what holds the switches."""
         hx, hy = self._resultants(at, gx, gy)
-        (kx, ky), (Fx, _) = self._by_lengths(gx, gy), self.setting.loads.tip_force
-        lengthened = gx.sum(axis=-1, keepdims=True) + Fx - _on(kx, at.cosine) - _on(ky, at.sine)
-        lengthened = lengthened - (gx * at.cosine + gy * at.sine) @ self._mesh
-        turned = (at.sine * hx - at.cosine * hy) @ self.basis.tables[0]
-        power = np.concatenate([turned, lengthened], axis=-1) - self._bending(u)[1]
+        kx, ky = self._by_lengths(gx, gy)
+        power = (at.sine * hx - at.cosine * hy) @ self._turning - self._bending(u)[1]
+        power[..., self.lengths] += self._onward(at, gx, gy) - _on(kx, at.cosine) - _on(ky, at.sine)
+        power[..., self.lengths] -= (gx * at.cosine + gy * at.sine) @ self._mesh
         power[..., 0] -= self.setting.loads.tip_curvature
         if not len(self.switches):
             return power
         held = _adjoint(self._switches_by(at), u[..., self.multipliers])
         return np.concatenate([power + held, self._switched(at) - self.switches], axis=-1)
+
+    def _onward(self, at: Shapes, gx: np.ndarray, gy: np.ndarray, *, across: bool = False) -> np.ndarray:
+        """Return all forces along, or across, the direction in which the front runs, (..., 1)."""
+        Fx, Fy = self.setting.loads.tip_force
+        whole_x, whole_y = gx.sum(axis=-1, keepdims=True) + Fx, gy.sum(axis=-1, keepdims=True) + Fy
+        cosine, sine = at.ahead
+        found: np.ndarray = whole_y * cosine - whole_x * sine if across else whole_x * cosine + whole_y * sine
+        return found
 
     def _resultants(self, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the sum of all forces between each point and the tip, times its weight."""
@@ -437,67 +498,55 @@ class Flap:
         self._add_diagonal(changed[..., self.lengths, self.lengths], _on(moments, w) / lengths**3)
         return changed
 
-    def _places_changed(self, at: Shapes) -> np.ndarray:
-        """Return how the x at fixed fractions of the phases change with the unknowns."""
-        value = self.basis.tables[0]
-        by_fields = at.inward @ (_columns(at.sine) * value)
-        return np.concatenate([by_fields, 1.0 - self.basis.per_length(at.cosine)], axis=-1)
-
-    def _heights_changed(self, at: Shapes) -> np.ndarray:
-        """Return how the heights at fixed fractions of the phases change with the unknowns."""
-        value = self.basis.tables[0]
-        by_fields = -at.inward @ (_columns(at.cosine) * value)
-        return np.concatenate([by_fields, -self.basis.per_length(at.sine)], axis=-1)
-
     def _virtual_changed(self, at: Shapes, gx: np.ndarray, gy: np.ndarray) -> np.ndarray:
         """Return how the virtual power of given forces at the points changes with the unknowns."""
-        value, stop = self.basis.tables[0], self.lengths.stop
         hx, hy = self._resultants(at, gx, gy)
         kx, ky = self._by_lengths(gx, gy)
-        changed = np.zeros((*gx.shape[:-1], stop, stop))
-        bent = hx * at.cosine + hy * at.sine
-        changed[..., self.fields, self.fields] = value.T @ (_columns(bent) * value)
         sine, cosine = at.sine[..., None, :], at.cosine[..., None, :]
-        turned = kx * sine - ky * cosine
-        changed[..., self.fields, self.lengths] = value.T @ _turned(turned)
-        here = (gx * at.sine - gy * at.cosine)[..., None, :] * self._mesh.T
-        changed[..., self.lengths, self.fields] = (turned + here) @ value
+        turned = (kx * sine - ky * cosine) @ self._turning
+        here = ((gx * at.sine - gy * at.cosine)[..., None, :] * self._mesh.T) @ self._turning
+        changed: np.ndarray = self._turning.T @ (_columns(hx * at.cosine + hy * at.sine) * self._turning)
+        changed[..., self.lengths] += _turned(turned)
+        changed[..., self.lengths, :] += turned + here
+        swerved = self.arc.curvature * self._onward(at, gx, gy, across=True)
+        changed[..., self.lengths, self.lengths] += swerved[..., None]
         return changed
 
     def _acceleration_by_state(self, at: Shapes, u: np.ndarray, z: np.ndarray, a: np.ndarray) -> np.ndarray:
-        (value, slope), per_length = self.basis.tables, self.basis.per_length
+        slope, kw = self.basis.tables[1], self.arc.curvature
         (phi, st), turning = self._moved(z), self.basis.reaching(z[..., self.lengths])
         twice = 2.0 * phi - at.curvature * st
-        points, lengths = value.shape[0], _columns(self._spread(u[..., self.lengths]))
+        points, lengths = slope.shape[0], _columns(self._spread(u[..., self.lengths]))
         changed = self._carriers_changed(at, a)
         own = self.basis.whole.T > 0.0
-        bent = np.concatenate([slope / lengths, -_columns(at.curvature) / lengths * own], axis=-1)
-        for here, first, second in (
-            (changed[..., :points, :], at.cosine, at.sine),
-            (changed[..., points:, :], at.sine, -at.cosine),
+        bent = np.concatenate([slope / lengths, -_columns(at.curvature - kw) / lengths * own], axis=-1)
+        swerve = (kw * z[..., self.lengths].sum(axis=-1)[..., None, None]) ** 2
+        for here, first, second, ahead in (
+            (changed[..., :points, :], at.cosine, at.sine, at.ahead[0]),
+            (changed[..., points:, :], at.sine, -at.cosine, at.ahead[1]),
         ):
             matrix = 2.0 * turning * (first * phi)[..., None, :]
             matrix -= at.inward * (second * phi**2)[..., None, :]
             self._add_diagonal(matrix, first * st * twice)
-            here[..., self.fields] += matrix @ value
-            here[..., self.lengths] += per_length(first * phi**2)
+            here[...] += matrix @ self._turning
+            here[..., self.lengths] += self.basis.per_length(first * phi**2) - swerve * ahead[..., None]
             here[...] -= _columns(second * st**2) * bent
         return changed
 
     def _acceleration_by_rate(self, at: Shapes, z: np.ndarray) -> np.ndarray:
-        value, per_length = self.basis.tables[0], self.basis.per_length
         (phi, st), turning = self._moved(z), self.basis.reaching(z[..., self.lengths])
-        points = value.shape[0]
-        both = np.empty((*at.theta.shape[:-1], 2 * points, self.lengths.stop))
-        for here, first, second in (
-            (both[..., :points, :], at.sine, at.cosine),
-            (both[..., points:, :], -at.cosine, at.sine),
+        points = at.sine.shape[-1]
+        both = np.empty((*at.phi.shape[:-1], 2 * points, self.lengths.stop))
+        swerve = 2.0 * self.arc.curvature * z[..., self.lengths].sum(axis=-1)[..., None, None]
+        for here, first, second, ahead in (
+            (both[..., :points, :], at.sine, at.cosine, -at.ahead[1]),
+            (both[..., points:, :], -at.cosine, at.sine, at.ahead[0]),
         ):
             # Of 2 turning first phi + inward second phi^2 + first st (2 phi - theta' st).
             matrix = 2.0 * (turning * first[..., None, :] + at.inward * (second * phi)[..., None, :])
             self._add_diagonal(matrix, 2.0 * first * st)
-            here[..., self.fields] = matrix @ value
-            here[..., self.lengths] = 2.0 * per_length(first * phi)
+            here[...] = matrix @ self._turning
+            here[..., self.lengths] += 2.0 * self.basis.per_length(first * phi) + swerve * ahead[..., None]
             here[..., self.lengths] += _columns(first * 2.0 * (phi - at.curvature * st)) * self._mesh
         return both
 
@@ -510,17 +559,22 @@ class Flap:
         return self._switches_by(self.shapes(u))
 
     def _switched(self, at: Shapes) -> np.ndarray:
-        heights = self._heights(at)[..., 1:]
+        gaps = self._starts(at).gap[..., 1:]
         if not self.at_points.any():
-            return heights
+            return gaps
         ends = np.cumsum(at.weights @ (self.basis.whole > 0.0).T, axis=-1)[..., :-1]
-        return np.where(self.at_points, ends, heights)
+        return np.where(self.at_points, ends, gaps)
 
-    def _heights(self, at: Shapes) -> np.ndarray:
-        """Return the heights at the starts of the phases."""
-        falls = (at.sine * at.weights) @ (self.basis.whole > 0.0).T
-        heights: np.ndarray = -np.cumsum(falls[..., ::-1], axis=-1)[..., ::-1]
-        return heights
+    def _starts(self, at: Shapes) -> Above:
+        """Return where the phases begin above the wall."""
+        return self.arc.above(*self._begin(at))
+
+    def _begin(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
+        """Return the places x, y where the phases begin, each (..., count)."""
+        own = (self.basis.whole > 0.0).T
+        back = (np.cumsum(((part * at.weights) @ own)[..., ::-1], axis=-1) for part in (at.cosine, at.sine))
+        x, y = (front - part[..., ::-1] for front, part in zip(self.arc.at(at.sbar), back, strict=True))
+        return x, y
 
     @cached_property
     def _inside(self) -> np.ndarray:
@@ -534,24 +588,47 @@ class Flap:
 
     def _switches_by(self, at: Shapes) -> np.ndarray:
         """Return the derivatives of `_switched`, (count - 1, unknowns without multipliers)."""
-        by_fields = (self._inside @ (self._own(at) * at.cosine[..., None, :])) @ self.basis.tables[0]
-        by_lengths = self._inside * (at.sine @ self.basis.whole.T)[..., None, :]
-        by = -np.concatenate([by_fields, by_lengths], axis=-1)
+        by = self._starts_placed(at)[1]
+        if self.arc:
+            by = self._above_wall(at)[0]
         by[..., self.at_points, self.fields] = 0.0
         by[..., self.at_points, self.lengths] = 1.0 - self._inside[self.at_points]
         return by
 
+    def _starts_placed(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
+        """Return how the starts of the phases but the first change place, each (count - 1, unknowns)."""
+        own, whole = self._inside @ self._own(at), self.basis.whole.T
+        x = (own * at.sine[..., None, :]) @ self._turning
+        y = -(own * at.cosine[..., None, :]) @ self._turning
+        for here, along, ahead in ((x, at.cosine, at.ahead[0]), (y, at.sine, at.ahead[1])):
+            here[..., self.lengths] += ahead[..., None] - self._inside * (along @ whole)[..., None, :]
+        return x, y
+
+    def _above_wall(self, at: Shapes) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same across and along the wall."""
+        (x, y), (_, nx, ny, _) = self._starts_placed(at), self._starts(at)
+        nx, ny = _columns(nx[..., 1:]), _columns(ny[..., 1:])
+        return nx * x + ny * y, ny * x - nx * y
+
     def _switches_curved(self, at: Shapes, multipliers: np.ndarray) -> np.ndarray:
         """Return the derivatives of those times the multipliers."""
-        value, whole, stop = self.basis.tables[0], self.basis.whole, self.lengths.stop
-        pressed = np.where(self.at_points, 0.0, multipliers) @ self._inside
-        curved = np.zeros((*at.theta.shape[:-1], stop, stop))
-        bent = _adjoint(self._own(at), pressed) * at.sine
-        curved[..., self.fields, self.fields] = value.T @ (_columns(bent) * value)
-        curved[..., self.lengths, self.fields] = -_columns(pressed) * (
-            (whole * at.cosine[..., None, :]) @ value
-        )
-        curved[..., self.fields, self.lengths] = _turned(curved[..., self.lengths, self.fields])
+        whole, above = self.basis.whole, self._starts(at)
+        pressing = np.where(self.at_points, 0.0, multipliers)
+        mx, my = pressing * above.nx[..., 1:], pressing * above.ny[..., 1:]
+        px, py = mx @ self._inside, my @ self._inside
+        bent = _adjoint(self._own(at), py) * at.sine + _adjoint(self._own(at), px) * at.cosine
+        curved: np.ndarray = self._turning.T @ (_columns(bent) * self._turning)
+        cosine, sine = at.cosine[..., None, :], at.sine[..., None, :]
+        per_length = (_columns(px) * (whole * sine) - _columns(py) * (whole * cosine)) @ self._turning
+        curved[..., self.lengths, :] += per_length
+        curved[..., self.lengths] += _turned(per_length)
+        if self.arc:
+            across = (
+                my.sum(axis=-1, keepdims=True) * at.ahead[0] - mx.sum(axis=-1, keepdims=True) * at.ahead[1]
+            )
+            curved[..., self.lengths, self.lengths] += self.arc.curvature * across[..., None]
+            slides = self._above_wall(at)[1]
+            curved -= _turned(_columns(pressing * above.turning[..., 1:]) * slides) @ slides
         return curved
 
     def felt(self, change: np.ndarray) -> np.ndarray:
@@ -566,20 +643,21 @@ class Flap:
         """Return what states with these rates hold, and by how much the identity is missed."""
         s, at, tip, loads = self.setting, self.shapes(u), self.tip(u), self.setting.loads
         rates = self.rates(at, z, self.second(u, z) if s.mass else np.zeros_like(z))
-        heights = (s.ratio * at.y).reshape(*at.y.shape[:-1], len(self.pieces), -1)
+        first, acted, bond = self.first_bonded, self._acted(at), self._bond(at)
+        heights = (s.ratio * bond.above.gap).reshape(*at.y.shape[:-1], len(self.pieces), -1)
         opened = [piece(heights[..., j, :]).work for j, piece in enumerate(self.pieces)]
-        first = self.first_bonded
-        opened_to = self.pieces[first](s.ratio * self._heights(at)[..., first]).work / s.ratio
-        acted = self._acted(at, u[..., self.lengths])
+        opened_to = self.pieces[first](s.ratio * self._starts(at).gap[..., first]).work / s.ratio
         net_x = acted.force[0] - s.mass * rates.ax - s.drag * rates.vx
         net_y = acted.force[1] - s.mass * rates.ay - s.drag * rates.vy
         speeds = rates.vx**2 + rates.vy**2
-        driven = (at.weights * (net_x * (1.0 - at.cosine) - net_y * at.sine)).sum(axis=-1)
+        kw = self.arc.curvature
+        share_x, share_y = 1.0 - kw * at.y - at.cosine, kw * at.x - at.sine
+        driven = (at.weights * (net_x * share_x + net_y * share_y)).sum(axis=-1)
         return Reading(
             front=u[..., self.lengths].sum(axis=-1),
             tip=tip,
             kinetic=0.5 * s.mass * (at.weights * speeds).sum(axis=-1),
-            bending=self._bending(u)[0] + loads.natural_curvature * tip.angle,
+            bending=self._bending(u)[0] + (loads.natural_curvature - kw) * tip.angle,
             separation=(at.weights * np.concatenate(opened, axis=-1)).sum(axis=-1) / s.ratio,
             identity=driven + loads.at_tip(tip.angle) - opened_to,
             speed=np.sqrt(speeds.max(axis=-1)),
@@ -589,7 +667,7 @@ class Flap:
         """Return the power of the loads, and what drag takes of it, (..., 2)."""
         at, s, loads = self.shapes(u), self.setting, self.setting.loads
         vx, vy = self._carried(at, z)
-        force = self._acted(at, u[..., self.lengths]).force
+        force = self._acted(at).force
         loading = (at.weights * (force[0] * vx + force[1] * vy)).sum(axis=-1)
         tip_x, tip_y = self._tip_carried(at, z)
         loading += loads.tip_force[0] * tip_x + loads.tip_force[1] * tip_y + loads.moment * z[..., 0]
@@ -599,8 +677,9 @@ class Flap:
         """Return the velocity of the tip."""
         (phi, _), spread = self._moved(z), z[..., self.lengths]
         along, across = spread @ self.basis.whole, at.weights * phi
-        x = spread.sum(axis=-1) + (across * at.sine - along * at.cosine).sum(axis=-1)
-        return x, -(across * at.cosine + along * at.sine).sum(axis=-1)
+        runs = spread.sum(axis=-1)
+        x = runs * at.ahead[0][..., 0] + (across * at.sine - along * at.cosine).sum(axis=-1)
+        return x, runs * at.ahead[1][..., 0] - (across * at.cosine + along * at.sine).sum(axis=-1)
 
     def outline(self, u: np.ndarray, many: int, z: np.ndarray | None = None) -> np.ndarray:
         """Return s, theta, x, y and the spin at so many Chebyshev points of every phase, (phases, n, 5)."""
@@ -619,7 +698,8 @@ class Flap:
             moved = np.cumsum(z[self.lengths])[:, None] - z[self.lengths][:, None] * (1.0 - xi)
             bent = (slope @ u[self.fields]).reshape(shape) / lengths[:, None]
             spin = (value @ z[self.fields]).reshape(shape) - bent * moved
-        return np.stack([ends[:, None] - back, theta, ends[-1] - falls[0], -falls[1], spin], axis=-1)
+        front_x, front_y = self.arc.at(ends[-1])
+        return np.stack([ends[:, None] - back, theta, front_x - falls[0], front_y - falls[1], spin], axis=-1)
 
     def rate(self, u: np.ndarray) -> np.ndarray:
         """Return the rates of the unknowns of a rod without mass."""
@@ -640,7 +720,7 @@ class Flap:
         unpressed = u.copy()
         unpressed[..., held_by] = 0.0
         residual, at = self.residual(unpressed, z, np.zeros_like(u)), self.shapes(u)
-        carriers, held = self._carriers(at), self._switches_by(at)
+        carriers, held = self._carriers(at, self._placed(at)), self._switches_by(at)
         w = _columns(np.concatenate([at.weights, at.weights], axis=-1))
         matrix = np.zeros((*u.shape, self.size))
         matrix[..., moving, moving] = resists * _turned(w * carriers) @ carriers
@@ -651,7 +731,6 @@ class Flap:
         return driven
 
     def tip(self, u: np.ndarray) -> TipPath:
-        """Return height, place and angle of the tip."""
-        at = self.shapes(u)
-        fallen, reached = ((at.weights * part).sum(axis=-1) for part in (at.sine, at.cosine))
-        return TipPath(-fallen, u[..., self.lengths].sum(axis=-1) - reached, u[..., 0])
+        """Return height and place of the tip over the wall, and its angle."""
+        x, y = (part[..., 0] for part in self._begin(self.shapes(u)))
+        return TipPath(self.arc.above(x, y).gap, self.arc.place(x, y), u[..., 0])

@@ -14,6 +14,7 @@ from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 
 from ..base.errors import NotConverged
+from .arc import Arc
 from .flap import Flap, Phase
 from .run import Posture, Setting
 
@@ -75,7 +76,7 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
     ``sunk`` is how far the tip is below the plate, or the lowest point between it and the front.
     """
     many = LOOKED * flap.basis.degree
-    outline = flap.outline(u, many)
+    outline = _over_wall(flap.arc, flap.outline(u, many))
     beyond, sunk = [-np.inf], -outline[0, 0, 3]
     # Phases that begin or end where nothing happens at a height of its own: there a height leaves first.
     begins, ends = np.append(True, flap.at_points), np.append(flap.at_points, False)
@@ -110,6 +111,15 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
         float(max(long, default=-np.inf)),
         float(sunk),
     )
+
+
+def _over_wall(arc: Arc, outline: np.ndarray) -> np.ndarray:
+    """Return an outline by its angle to the wall, its place along that and its height over it."""
+    if not arc:
+        return outline
+    s, theta, x, y, spin = np.moveaxis(outline, -1, 0)
+    turned = theta + arc.curvature * s - arc.angle(x, y)
+    return np.stack([s, turned, arc.place(x, y), arc.above(x, y).gap, spin], axis=-1)
 
 
 def _between(setting: Setting, phase: Phase) -> tuple[float, float]:
@@ -211,7 +221,8 @@ def laid_out(
         fields = np.linalg.lstsq(value, theta(s), rcond=None)[0]
         u = np.concatenate([fields, lengths, np.zeros(len(flap.switches))])
         moved = flap.switches - flap.switched(u)
-        moved[~flap.at_points] /= np.sin(theta(ends[:-1][~flap.at_points]))
+        starts = _over_wall(flap.arc, flap.outline(u, 2))[1:, 0, 1]
+        moved[~flap.at_points] /= np.sin(starts[~flap.at_points])
         lengths = lengths + np.append(moved, 0.0) - np.append(0.0, moved)
         if np.abs(moved).max(initial=0.0) < PLACED * sbar:
             break
@@ -239,8 +250,11 @@ def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[Phase, .
     if not points and not setting.law.kinks:
         return (Phase(0),), np.array([sbar])
     s = np.linspace(0.0, sbar, 1 + 2 * math.ceil(sbar / FINE))
-    falls = cumulative_simpson(np.sin(theta(s)), x=s, initial=0.0)
-    y, past = falls - falls[-1], frozenset[str]()
+    arc, past = Arc(setting.loads.wall_curvature), frozenset[str]()
+    phi = theta(s) + arc.curvature * s
+    reached, fallen = (cumulative_simpson(part(phi), x=s, initial=0.0) for part in (np.cos, np.sin))
+    front_x, front_y = arc.at(np.array(sbar))
+    heights = arc.above(front_x + reached - reached[-1], front_y + fallen - fallen[-1]).gap
     runs: list[tuple[Phase, float]] = []
     ends = np.array([0.0, *(point for _, point in points), sbar])
     for j, (start, stop) in enumerate(pairwise(ends.tolist())):
@@ -249,7 +263,7 @@ def _phases(setting: Setting, sbar: float, theta: Along) -> tuple[tuple[Phase, .
             runs.append((Phase(None, past), start))
             continue
         here = np.append(np.append(start, s[(s > start) & (s < stop)]), stop)
-        pieces = _runs(setting, here, np.interp(here, s, y), to_front=stop == sbar)
+        pieces = _runs(setting, here, np.interp(here, s, heights), to_front=stop == sbar)
         runs += [(Phase(piece, past), place) for piece, place in pieces]
     phases, starts = zip(*runs, strict=True)
     return phases, np.diff([*starts, sbar])
