@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ..base.errors import NotConverged
 from .chain import NY, THETA, UNKNOWNS, Chain, Stage, X, Z
@@ -255,8 +256,10 @@ def begun(chain: Chain, start: Posture, longest: float) -> Moment:
     h = chain.h
     n = math.ceil(min(start.s[-1] + AHEAD + BLOCK, longest) / h)
     middles = h * (np.arange(n) + 0.5)
-    theta = np.interp(middles, start.s, start.theta, right=0.0)
-    spin = np.interp(middles, start.s, start.spin, right=0.0)
+    detached = middles < start.s[-1]
+    theta, spin = (
+        np.where(detached, CubicSpline(start.s, values)(middles), 0.0) for values in (start.theta, start.spin)
+    )
 
     u = np.zeros((n, UNKNOWNS))
     u[:, X], y = from_the_end(np.cos(theta), n * h, h), from_the_end(np.sin(theta), 0.0, h)
