@@ -33,8 +33,8 @@ from ..base.arrays import floats
 from ..base.checks import finite, non_negative
 from ..base.errors import InvalidInput
 from ..base.threads import one_thread
+from ..model.equations import sin_over, versine_over
 from .linear_operator import FIELDS, LinearOperator
-from .nonlinear_part import remainder, remainder_derivative
 from .reduced_diagram import ReducedCurve, zero_set
 
 #: Batches are cut so that the Jacobians of one batch stay below some 100 MB.
@@ -128,7 +128,8 @@ class Reduction(LinearOperator):
         for start in range(0, todo.size, _BATCH):
             self._newton(state, A, lam, todo[start : start + _BATCH])
         converged = state.defect <= self.tol
-        h = np.where(converged, self.inner(self.v0, remainder(self.beta0, self.u0 + state.w, A, lam)), np.nan)
+        left = _remainder(self.beta0, self.u0 + state.w, A, lam)
+        h = np.where(converged, self.inner(self.v0, left), np.nan)
         mean = state.w[:, 4] @ self.grid.weights
         return ComplementSolution(
             h.reshape(shape),
@@ -147,7 +148,7 @@ class Reduction(LinearOperator):
             if not active.size:
                 return
             w = state.w[active]
-            new = -self.solve_linear(remainder(self.beta0, self.u0 + w, A[active], lam[active]))[0]
+            new = -self.solve_linear(_remainder(self.beta0, self.u0 + w, A[active], lam[active]))[0]
             change = np.abs(new - w).max(axis=(-2, -1))
             previous = state.defect[active]
             state.rate[active] = np.where(
@@ -166,8 +167,8 @@ class Reduction(LinearOperator):
             if not active.size:
                 return
             w, A_, lam_ = state.w[active], A[active], lam[active]
-            residual = w + self.solve_linear(remainder(self.beta0, self.u0 + w, A_, lam_))[0]
-            D = remainder_derivative(self.beta0, self.u0 + w, A_, lam_)
+            residual = w + self.solve_linear(_remainder(self.beta0, self.u0 + w, A_, lam_))[0]
+            D = _remainder_derivative(self.beta0, self.u0 + w, A_, lam_)
             J = np.einsum("pen,befn->bpfn", G, D, optimize=True).reshape(-1, size, size)
             J += np.eye(size)
             try:
@@ -274,3 +275,36 @@ def lyapunov_schmidt(beta0: float, *, nodes: int = 24, tol: float = 1e-12) -> Re
     if not 1e-14 <= finite("tol", tol) <= 1e-2:
         raise InvalidInput(f"tol must lie between 1e-14 and 1e-2, got {tol:g}.")
     return Reduction(non_negative("beta0", beta0), int(nodes), float(tol))
+
+
+def _remainder(beta0: float, V: np.ndarray, A: np.ndarray, lam: np.ndarray) -> np.ndarray:
+    """Nonlinear part B(A V)/A of (29), at A = 0 too."""
+    A, lam = A[..., None], lam[..., None]
+    theta, nx, ny, y, alpha1 = (V[..., i, :] for i in range(FIELDS))
+    slope, versine = sin_over(A, theta), versine_over(A, theta)
+    b = np.zeros_like(V)
+    b[..., 0, :] = A * (nx * slope + ny * versine)
+    b[..., 1, :] = beta0 * (slope - theta) + A * alpha1 * slope
+    b[..., 2, :] = (beta0 + A * alpha1) * versine - lam * y
+    b[..., 3, :] = theta - slope
+    return b
+
+
+def _remainder_derivative(beta0: float, V: np.ndarray, A: np.ndarray, lam: np.ndarray) -> np.ndarray:
+    """Derivative of b with respect to V: equation by field by node."""
+    A, lam = A[..., None], lam[..., None]
+    theta, nx, ny, _, alpha1 = (V[..., i, :] for i in range(FIELDS))
+    sine, cosine = A * sin_over(A, theta), np.cos(A * theta)
+    versine = versine_over(A, theta)
+    load = beta0 + A * alpha1
+    D = np.zeros((*V.shape[:-2], FIELDS, FIELDS, V.shape[-1]))
+    D[..., 0, 0, :] = A * (nx * cosine + ny * sine)
+    D[..., 0, 1, :] = sine
+    D[..., 0, 2, :] = A * versine
+    D[..., 1, 0, :] = load * cosine - beta0
+    D[..., 1, 4, :] = sine
+    D[..., 2, 0, :] = load * sine
+    D[..., 2, 3, :] = -lam
+    D[..., 2, 4, :] = A * versine
+    D[..., 3, 0, :] = A * versine
+    return D

@@ -136,6 +136,13 @@ def length_given_pressure(
     )
 
 
+#: What answers about a rod or a scene, by what is given.
+CALLS: dict[str, Callable[..., Equilibrium]] = {
+    "pressure": length_given_pressure,
+    "length": pressure_given_length,
+}
+
+
 def _ask(subject: Rod | Scene, given: str, value: float, **options: Any) -> Equilibrium:
     """Answer about a rod, or about a scene; the paper's scene is its rod."""
     if isinstance(subject, Rod):

@@ -1,4 +1,6 @@
-"""A scene as plain data, and back: the names of its parts and the fields they were made with.
+"""A scene as plain data, and back, and what tells it from every other.
+
+The data are the names of its parts and the fields they were made with.
 
 A file holds no code.  A part or a law of the reader's own is code, and so is a profile that is a function:
 of a scene with one of them there is no record, and its files say in words what it was.
@@ -12,12 +14,16 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
+import casadi as ca
+
 from . import loads, profiles, tips, walls
 from .blister import Blister
 from .bond import CohesiveLaw
+from .law_samples import texts
 from .layer import ElasticLayer
 from .mixed_bonds import EffectiveOpening, ShearSprings
 from .named_laws import law_named
+from .place import Place
 from .rod import Rod
 from .scene import Scene
 
@@ -58,6 +64,22 @@ _ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 def words_of(scene: Scene) -> str:
     """Return a scene in words, the same in every process."""
     return _ADDRESS.sub("", repr(scene))
+
+
+def identity_of(scene: Scene) -> list[str]:
+    """Return a scene as texts: its parts in words, loads and wall as expressions, its law by its values.
+
+    A function of the reader's own is known by what it computes, whatever it is called and wherever it stands.
+    """
+    symbols = {name: ca.SX.sym(name) for name in ("s", "sbar", "theta", "x", "y", "slip", "strain")}
+    numbers = {name: ca.SX.sym(name) for name in (*scene.numbers, "pressure", "ratio")}
+    computed = []
+    for past in (frozenset[str](), frozenset(scene.breaks)):
+        at = Place(**symbols, past=past)
+        found = [ca.SX(part) for part in (*scene.load(at, numbers), *scene.wall.gap(at, numbers))]
+        both = ca.Function("scene", [*symbols.values(), *numbers.values()], found)
+        computed.append(both.serialize())
+    return [words_of(scene), *computed, *texts(scene.bond.law)]
 
 
 def record_of(scene: Scene) -> dict[str, Any] | None:

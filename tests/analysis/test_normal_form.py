@@ -1,6 +1,6 @@
 """The normal form: its coefficients, fits and potentials.
 
-Modules: `normal_form`, `normal_form_fit`, `form_potentials`, `branch_potential`, `potential`, `curve_pieces`.
+Modules: `normal_form`, `normal_form_fit`, `branch_potential`, `potential`, `curve_pieces`.
 """
 
 import itertools

@@ -1,6 +1,6 @@
 """The Lyapunov-Schmidt reduction of the paper.
 
-Modules: `reduction`, `reduced_diagram`, `linear_operator`, `nonlinear_part`.
+Modules: `reduction`, `reduced_diagram`, `linear_operator`.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Sweeps and uncertainties of scenes: the single calls, the same bits however they are split.
 
-Modules: `plan`, `answers`, `run` of the sweep, `run` and `inputs` of the uncertainty, `scene_identity`.
+Modules: `plan`, `answers`, `run` of the sweep, `run` and `inputs` of the uncertainty.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.model.renumbered import renumbered
-from peel_opt.model.scene_identity import identity_of
+from peel_opt.model.scene_record import identity_of
 from peel_opt.studies.sweep.answers import NUMBERS, TEXTS
 
 from ..rods import FLAP

@@ -24,14 +24,16 @@ from ...base.errors import PeelOptError
 from ...base.threads import one_thread
 from ...continuation.primary import forget_branches
 from ...continuation.scene_family import forget_scenes
-from ...equilibria.ask import ask_rod, equilibrium, length_given_pressure, pressure_given_length
+from ...equilibria.answers import found_together
+from ...equilibria.ask import CALLS, equilibrium
+from ...equilibria.question import ASKS, RATIO, known_law
 from ...equilibria.result import Equilibrium
+from ...equilibria.unfolded import Many
 from ...model.groups import PI4
 from ...model.renumbered import renumbered
 from ...model.rod import MATERIAL, Rod
 from ...model.scene import Scene
 from .plan import GIVEN, Task, given_among
-from .together import answered_together
 
 #: Numbers kept of every point; all are attributes of an equilibrium but the last two.
 NUMBERS = (
@@ -40,8 +42,11 @@ NUMBERS = (
 )
 TEXTS = ("status", "state", "law", "flags", "message")
 
-#: What answers about a scene, by what is given.
-OF_SCENE = {"pressure": length_given_pressure, "length": pressure_given_length}
+#: Numbers and texts of an answer by the names that a sweep has for them, where they are others.
+NAMES = {
+    **{"error": "errors", "certificate": "certificates", "condition": "conditions"},
+    **{"status": "statuses", "state": "states", "law": "laws", "message": "reasons"},
+}
 
 #: Status of a point at which the programme itself failed, not the question.
 CRASHED = "crashed"
@@ -99,10 +104,48 @@ def _together(task: Task) -> list[Row | None]:
     """Return the rows of the points that are answered together, None for the others."""
     if task.options.method != "auto" or not len(task.values) or isinstance(task.subject, Scene):
         return [None] * len(task.values)
-    found = answered_together(task, NUMBERS, TEXTS)
+    found = answered_together(task)
     numbers = np.stack([found[name] for name in NUMBERS], axis=1).tolist()
     texts = zip(*(found[name].tolist() for name in TEXTS), strict=True)
     return [(row, words) if words[0] else None for row, words in zip(numbers, texts, strict=True)]
+
+
+def answered_together(task: Task) -> dict[str, np.ndarray]:
+    """Return the numbers and texts of all points; the status is empty where there is no answer yet."""
+    points = dict(zip(task.names, task.values.T, strict=True))
+    options = task.options
+    name = given_among(points)
+    asks = GIVEN.get(name) or ASKS[name]
+    is_rod = asks.held is RATIO
+    if is_rod:
+        ratio, units = _rods(points, task)
+        held, number = ratio, points[name] / units[name] if name == asks.given.name else points[name]
+    else:
+        held, number = np.cbrt(points["beta0"]), points[name] - PI4 if name == "beta1" else points[name]
+    law = known_law(options.law or ("auto" if is_rod else "linear"))
+    question = Many(asks, held, number, law, options.state)
+    found = found_together(question, float(options.tol), {asks.given.attribute: question.number})
+    columns = {own: found[theirs] for own in (*NUMBERS, *TEXTS) if (theirs := NAMES.get(own, own)) in found}
+    columns["beta1"] = PI4 + found["lam"]
+    if is_rod:
+        for measure in asks:
+            columns[measure.name] = units[measure.name] * columns[measure.attribute]
+    else:  # without a rod p is measured in k/sbar^3, where it is alpha, and sbar is 1
+        columns["pressure"], columns["length"] = found["beta0"] + found["alpha1"], np.ones(len(task.values))
+    # What was given stays as it is: on the way through the groups it may lose its last digit.
+    return columns | {own: column for own, column in points.items() if own in NUMBERS and own != "ratio"}
+
+
+def _rods(points: dict[str, np.ndarray], task: Task) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return eta/y0 of the rod of each point, and what its pressures and lengths are measured in."""
+    count = len(task.values)
+    if "ratio" in points:
+        return points["ratio"], {"pressure": np.ones(count), "length": np.ones(count)}
+    named = [points.get(name, np.full(count, getattr(task.subject, name, math.nan))) for name in MATERIAL]
+    # A rod that is none is left to the single call, which says why.
+    stiffness, strength, reach = np.where(np.all(np.array(named) > 0.0, axis=0), named, math.nan)
+    eta = np.cbrt(stiffness / strength)
+    return eta / reach, {"pressure": strength, "length": eta}
 
 
 def ask(point: dict[str, float], base: Rod | Scene | None, options: dict[str, Any]) -> Equilibrium:
@@ -119,13 +162,13 @@ def ask(point: dict[str, float], base: Rod | Scene | None, options: dict[str, An
         return _renamed(partial(equilibrium, **named), lambda lam: lam + shift)
     name = given_among(point)
     value, given = point[name], GIVEN[name].given
+    subject: Rod | Scene
     if isinstance(base, Scene):
         rod = _rod(point, base.rod)
-        own = {number: at for number, at in point.items() if number in base.numbers}
-        call: Callable[..., Equilibrium] = partial(OF_SCENE[given.name], renumbered(base, own, rod))
+        subject = renumbered(base, {own: at for own, at in point.items() if own in base.numbers}, rod)
     else:
-        rod = _rod(point, base)
-        call = partial(ask_rod, rod, given.name)
+        subject = rod = _rod(point, base)
+    call = partial(CALLS[given.name], subject)
     if name == given.name:
         return call(value, **options)
     absolute = given.from_ratio(rod, value)

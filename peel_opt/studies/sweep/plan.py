@@ -31,7 +31,7 @@ from ...model.labels import STATES, known_state
 from ...model.law_samples import texts
 from ...model.rod import MATERIAL, SI, Rod, Units
 from ...model.scene import Scene
-from ...model.scene_identity import identity_of
+from ...model.scene_record import identity_of
 from ...residual.discretisation import Transcription
 
 #: Points of a chunk: at 0.2 to 25 ms each, what an interruption may cost, against a submission

@@ -15,7 +15,7 @@ from ...analysis.sensitivities import sensitivities
 from ...base.checks import finite, flag, positive
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
-from ...equilibria.ask import ask_rod, length_given_pressure, pressure_given_length
+from ...equilibria.ask import CALLS
 from ...equilibria.methods import Method
 from ...equilibria.question import ASKS
 from ...model.bond import CohesiveLaw
@@ -290,11 +290,7 @@ def _nominal(
         found = sensitivities(subject, name)
         return found.value, found.derivatives
     ((known, value),) = given.items()
-    if isinstance(subject, Scene):
-        call = length_given_pressure if known == "pressure" else pressure_given_length
-        eq = call(subject, value, **options.keywords())
-    else:
-        eq = ask_rod(subject, known, value, **options.keywords())
+    eq = CALLS[known](subject, value, **options.keywords())
     try:
         return getattr(eq, name), sensitivities(eq).derivatives
     except AtFold:
