@@ -9,10 +9,8 @@ from ..equilibria.branch import Branch
 from ..model.labels import special_kind
 from ..model.rod import Rod, Units
 from ..model.scene import Scene
-from .report import aligned, describe_rod, slug
+from .report import aligned, describe_rod, settled, slug
 from .scene_report import describe_scene
-
-_DIGITS = 10
 
 
 def special_table(branch: Branch) -> str:
@@ -29,7 +27,7 @@ def special_table(branch: Branch) -> str:
         if rod is not None and not rod.dimensionless:
             cells += [display(point.pressure, "Pa", 8), display(point.length, "m", 8)]
         values = (point.pressure_ratio, point.length_ratio, point.lam, point.alpha1)
-        cells += [f"{0.0 if abs(v) < 1e-12 else v:.{_DIGITS}g}" for v in values]
+        cells += [settled(v) for v in values]
         rows.append([*cells, point.status])
     lines.append(aligned(rows))
     ended = f"ended: {branch.ended}; error up to {branch.error.max():.1e}"

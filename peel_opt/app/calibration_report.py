@@ -105,13 +105,12 @@ def observation_table(fit: Fit) -> str:
 
 def write_fit(fit: Fit, folder: Path, name: str, record: dict[str, Any], *, picture: bool = True) -> None:
     """Write CSV, a record as JSON and a picture of a fit, named after its card."""
-    from ..base.files import atomic_write
+    from ..base.files import write_bytes
     from .report import as_json
 
     stem = slug(name)
     fit.to_csv(folder / f"{stem}.csv")
-    text = as_json(record) + "\n"
-    atomic_write(folder / f"{stem}.json", lambda file: file.write(text.encode()))
+    write_bytes(folder / f"{stem}.json", f"{as_json(record)}\n".encode())
     if picture:
         from ..plots import save_figure
         from ..plots.fit import fit_figure

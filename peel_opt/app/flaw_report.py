@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,12 +9,11 @@ from typing import Any
 from ..analysis.flaws import PressureLimit
 from ..analysis.unbonded import FlawLimit, safe_pressure
 from ..base.errors import NoEquilibrium, PeelOptError
-from ..base.files import atomic_write
 from ..base.units import ShownUnits
 from ..model.dimension import LENGTH, TRACTION
 from ..model.labels import CERTIFIED
 from ..model.rod import Rod, Units
-from .report import aligned, as_record, describe_rod
+from .report import aligned, as_record, describe_rod, write_rows
 from .scene_report import quantity
 
 #: Lengths without glue over eta of a chart.
@@ -104,11 +101,7 @@ def write_chart(chart: Sequence[FlawLimit], rod: Rod, path: Path, *, picture: bo
     """
     rows = [as_record("", limit) for limit in chart]
     columns = [key for key in (rows[0] if rows else {}) if key not in ("question", "flags")]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n", extrasaction="ignore")
-    writer.writeheader()
-    writer.writerows(rows)
-    atomic_write(path.with_name(f"{path.name}.csv"), lambda file: file.write(text.getvalue().encode()))
+    write_rows(rows, columns, path.with_name(f"{path.name}.csv"))
     if picture and len(chart) > 1:
         from ..plots import plot_safe_pressures, save_figure
 

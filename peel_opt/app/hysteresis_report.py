@@ -14,7 +14,7 @@ from ..base.files import save_arrays
 from ..base.records import Schema, Table, write_table
 from ..base.units import display
 from ..model.rod import Rod, Units
-from .report import aligned, describe_rod, save_picture, slug
+from .report import aligned, describe_rod, save_picture, settled, slug
 
 AnyLoop = HysteresisLoop | PressureLoop
 
@@ -22,8 +22,6 @@ SCHEMA = Schema("peel_opt hysteresis", 1)
 
 #: What the rod does at a jump.
 JUMPS = {"up": "peels off", "down": "re-adheres"}
-
-_DIGITS = 10
 
 
 def loop_table(loop: AnyLoop) -> str:
@@ -37,7 +35,7 @@ def loop_table(loop: AnyLoop) -> str:
         title += f", beta0 = {loop.beta0:g}"
         rows = [["jump", "what", "lambda", "alpha1 before", "alpha1 after"]]
         for jump in loop.jumps:
-            values = (_text(v) for v in (jump.lam, jump.alpha1_before, jump.alpha1_after))
+            values = (settled(v) for v in (jump.lam, jump.alpha1_before, jump.alpha1_after))
             rows.append([jump.direction, JUMPS[jump.direction], *values])
         area = f"{loop.area:.{loop.area_digits}g} (lambda times alpha1, no unit)"
     table = aligned(rows) if loop.jumps else "no jumps: the detached state grows out of the straight rod"
@@ -58,7 +56,7 @@ def _pressure_rows(loop: PressureLoop) -> list[list[str]]:
         cells = [jump.direction, JUMPS[jump.direction]]
         if units:
             cells += [display(jump.pressure, "Pa", 8), *(display(v, "m", 8) if v else "0 m" for v in lengths)]
-        rows.append([*cells, _text(jump.pressure / T0), *(_text(v / eta) for v in lengths)])
+        rows.append([*cells, settled(jump.pressure / T0), *(settled(v / eta) for v in lengths)])
     return rows
 
 
@@ -136,7 +134,3 @@ def _largest_error(loop: AnyLoop) -> float | None:
     """Return the largest error of a visited state; None where they come from a normal form."""
     error = float(max(loop.up.error.max(), loop.down.error.max()))
     return None if np.isnan(error) else error
-
-
-def _text(value: float) -> str:
-    return f"{0.0 if abs(value) < 1e-12 else value:.{_DIGITS}g}"

@@ -8,14 +8,14 @@ import json
 import math
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..analysis.loading import loading_curve
 from ..analysis.unbonded import FlawLimit
 from ..base.errors import PeelOptError
-from ..base.files import atomic_write
+from ..base.files import write_bytes
 from ..base.units import ShownUnits, display
 from ..equilibria.result import Equilibrium
 from ..model.named_laws import law_named
@@ -101,6 +101,11 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
         "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
     )
+
+
+def settled(value: float) -> str:
+    """Write a number of a curve, of which rounding near zero is left out."""
+    return f"{0.0 if abs(value) < 1e-12 else value:.10g}"
 
 
 def sheet(label: str, answer: Answer, shown: ShownUnits | None = None) -> str:
@@ -214,14 +219,24 @@ def write_summary(answers: Sequence[tuple[str, Answered]], path: Path) -> None:
     """
     rows: list[dict[str, Any]] = [{"card": card, **as_record(*answered)} for card, answered in answers]
     columns = list(dict.fromkeys(["card", "question", "status", *(key for row in rows for key in row)]))
+    joined = (row | {"flags": ", ".join(row["flags"])} if "flags" in row else row for row in rows)
+    write_rows(joined, columns, path)
+
+
+def write_rows(rows: Iterable[dict[str, Any]], columns: Sequence[str], path: Path) -> None:
+    """Write some columns of rows as CSV, empty where a row has none.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be written.
+    """
     text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer = csv.DictWriter(text, columns, lineterminator="\n", extrasaction="ignore")
     writer.writeheader()
-    for row in rows:
-        writer.writerow(row | {"flags": ", ".join(row["flags"])} if "flags" in row else row)
+    writer.writerows(rows)
     # The name of a card may hold bytes that are no text: they are shown by their codes.
-    content = text.getvalue().encode("utf-8", "backslashreplace")
-    atomic_write(path, lambda file: file.write(content))
+    write_bytes(path, text.getvalue().encode("utf-8", "backslashreplace"))
 
 
 def slug(text: str) -> str:

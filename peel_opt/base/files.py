@@ -104,6 +104,11 @@ def atomic_write(path: str | Path, writer: Callable[[BinaryIO], object]) -> Path
     return target
 
 
+def write_bytes(path: str | Path, content: bytes) -> Path:
+    """Write a file that appears at ``path`` only when it is complete; see `atomic_write`."""
+    return atomic_write(path, lambda file: file.write(content))
+
+
 def json_line(value: Any) -> str:
     """Return a value as one line of ASCII JSON that gives the same bits when it is read.
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from .drawing import Shown
 from .errors import MissingExtra
-from .files import MOST_BYTES, atomic_write, csv_text, read_file, require_schema, save_arrays, unpack
+from .files import MOST_BYTES, csv_text, read_file, require_schema, save_arrays, unpack, write_bytes
 
 #: How to get what labelled arrays and data frames need.
 INSTALL = "Install it with: pip install 'peel_opt[xarray]'"
@@ -70,8 +70,7 @@ def write_table(table: Table, path: str | Path) -> Path:
     InvalidInput
         If the path cannot be written, or a note is not plain.
     """
-    content = table.text.encode()
-    return atomic_write(path, lambda file: file.write(content))
+    return write_bytes(path, table.text.encode())
 
 
 def titled(name: str, unit: str) -> str:
@@ -382,4 +381,4 @@ def write_netcdf(data: Any, path: str | Path) -> Path:
         draft = Path(folder) / "data.nc"
         data.to_netcdf(draft, engine="h5netcdf")
         content = draft.read_bytes()
-    return atomic_write(path, lambda file: file.write(content))
+    return write_bytes(path, content)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..base.errors import InvalidInput
-from ..base.files import as_path, atomic_write, make_folder
+from ..base.files import as_path, make_folder, write_bytes
 from .axes import apart_from_pyplot
 
 #: By suffix: what keeps the date out, so that the same picture is the same file.
@@ -62,7 +62,7 @@ def save_figure(fig: Figure, path: str | Path, *, dpi: float = 200.0) -> Path:
     drawn = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "peel_opt", "pdf.fonttype": 42}):
         fig.savefig(drawn, format=suffix[1:], dpi=dpi, bbox_inches="tight", metadata=FORMATS[suffix])
-    return atomic_write(path, lambda file: file.write(drawn.getvalue()))
+    return write_bytes(path, drawn.getvalue())
 
 
 def png(plot: Callable[[], Axes], *, dpi: float = 100.0) -> bytes:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from ..base.checks import whole
 from ..base.errors import InvalidInput, MissingExtra
-from ..base.files import as_path, atomic_write
+from ..base.files import as_path, write_bytes
 from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..equilibria.branch import Branch, require_branch
@@ -253,7 +253,7 @@ def film(
                 writer.grab_frame()
                 step()
         content = draft.read_bytes()
-    return atomic_write(path, lambda file: file.write(content))
+    return write_bytes(path, content)
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:

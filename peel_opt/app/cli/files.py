@@ -110,10 +110,10 @@ class Files:
                 )
         self._before |= {name: self._stamp(name) for name in names}
         record |= {name: {"command": self._line, "asked": mark} for name in names}
-        from ...base.files import atomic_write
+        from ...base.files import write_bytes
 
         text = json.dumps(dict(sorted(record.items())), indent=1) + "\n"
-        atomic_write(self.folder / RECORD, lambda file: file.write(text.encode()))
+        write_bytes(self.folder / RECORD, text.encode())
 
     def claim_kinds(self, asked: object, stem: str, kinds: str = "npz csv") -> str:
         """Claim the files of one name that end in each of ``kinds``, and its picture; return the name."""

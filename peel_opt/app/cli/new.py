@@ -54,7 +54,7 @@ def _new(arguments: argparse.Namespace) -> int:
     """Write a card that can be answered as it is."""
     import tomllib
 
-    from ...base.files import as_path, atomic_write, make_folder
+    from ...base.files import as_path, make_folder, write_bytes
     from ...base.progress import at_terminal
     from ..calibration_cards import CalibrationCard
     from ..card_templates import TEMPLATES
@@ -93,7 +93,7 @@ def _new(arguments: argparse.Namespace) -> int:
     template.card.checked(path, tomllib.loads(text))
     make_folder(path.parent)
     for file, content in zip(files, contents, strict=False):
-        atomic_write(file, lambda out, content=content: out.write(content))  # type: ignore[misc]
+        write_bytes(file, content)
     line = shlex.join(["peel-opt", "run", str(path)])
     say(f"wrote {', '.join(map(str, files))}; answer it with: {line}")
     return OK

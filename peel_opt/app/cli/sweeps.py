@@ -207,10 +207,10 @@ def _correlations(texts: list[str]) -> dict[tuple[str, str], float] | None:
 
 def _uncertain(arguments: argparse.Namespace) -> tuple[Rod | Scene, dict[str, float], dict[str, str]]:
     """Return the nominal rod or scene, what is given, and the spreads as texts."""
-    from ...base.checks import parse
     from ...base.units import NUMBER
     from ...model.scene import Scene
-    from ...studies.uncertainty.inputs import KINDS, middle, split
+    from ...studies.uncertainty.inputs import KINDS
+    from ..card_tables import own_units
 
     card = None if arguments.card is None else card_subject(arguments.card)
     base = card.rod if isinstance(card, Scene) else card
@@ -220,14 +220,10 @@ def _uncertain(arguments: argparse.Namespace) -> tuple[Rod | Scene, dict[str, fl
     for name in GIVEN_OR_FLAW:
         if (text := getattr(arguments, name)) is None:
             continue
-        value, around = split(text)
-        kind = NUMBER if plain else KINDS[name]
-        if value:
-            given[name] = parse(f"--{name}", value, kind, own=_own_units(rod)[name])
-        elif ".." in around:
-            given[name] = middle(f"--{name}", around, kind)
-        if around:
-            spread[name] = around
+        kind, own = NUMBER if plain else KINDS[name], own_units(rod, KINDS[name].si)
+        value, around = _centre(f"--{name}", text, kind, own)
+        given |= {} if value is None else {name: value}
+        spread |= {name: around} if around else {}
     subject = _scene_values(card, rod, arguments.spread, spread)
     if lost := [name for name in spread if name in GIVEN_OR_FLAW and name not in given]:
         raise InvalidInput(f"--{lost[0]} has a spread but no value.")
@@ -242,30 +238,31 @@ def _scene_values(
     card: Rod | Scene | None, rod: Rod, texts: list[str], spread: dict[str, str]
 ) -> Rod | Scene:
     """Return the rod, or the scene of a card with it and with numbers of its own; note their spreads."""
-    from ...base.checks import parse
     from ...model.renumbered import renumbered
     from ...model.scene import Scene
-    from ...studies.uncertainty.inputs import middle, split
 
     given = _of_the_scene("--spread", card, texts)
     if not isinstance(card, Scene):
         return rod
-    numbers = {}
+    numbers: dict[str, float] = {}
     for name, (text, kind, own) in given.items():
-        value, around = split(text)
-        if value:
-            numbers[name] = parse(f"--spread {name}", value, kind, own=own, signed=True)
-        elif ".." in around:
-            numbers[name] = middle(f"--spread {name}", around, kind, signed=True)
-        if around:
-            spread[name] = around
+        value, around = _centre(f"--spread {name}", text, kind, own, signed=True)
+        numbers |= {} if value is None else {name: value}
+        spread |= {name: around} if around else {}
     return renumbered(card, numbers, rod)
 
 
-def _own_units(rod: Rod) -> dict[str, dict[str, float]]:
-    """Return the units that a rod itself brings, by what they measure."""
-    lengths = {"eta": rod.eta, "y0": rod.adhesion_range}
-    return {"pressure": {"T0": rod.adhesion_strength}, "length": lengths, "flaw": lengths}
+def _centre(
+    flag: str, text: str, kind: Kind, own: dict[str, float], *, signed: bool = False
+) -> tuple[float | None, str]:
+    """Return the value of a text, or the middle of its range, and its spread; None where it has no value."""
+    from ...base.checks import parse
+    from ...studies.uncertainty.inputs import middle, split
+
+    value, around = split(text)
+    if value:
+        return parse(flag, value, kind, own=own, signed=signed), around
+    return middle(flag, around, kind, signed=signed) if ".." in around else None, around
 
 
 def _sweep(arguments: argparse.Namespace) -> int:
@@ -338,13 +335,14 @@ def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | Scene | 
     from ...base.units import LENGTH, NUMBER, PRESSURE, STIFFNESS
     from ...model.scene import Scene
     from ...studies.sweep.ranges import parse_range
+    from ..card_tables import own_units
 
     subject = None if arguments.card is None else card_subject(arguments.card)
     rod = subject.rod if isinstance(subject, Scene) else subject
     plain = rod is not None and rod.dimensionless
     kinds = {"k": STIFFNESS, "T0": PRESSURE, "y0": LENGTH, "pressure": PRESSURE, "length": LENGTH}
     # A rod that varies has no units of its own.
-    own = {} if rod is None or material_of(arguments) else _own_units(rod)
+    fixed = None if material_of(arguments) else rod
     axes: dict[str, Any] = sheet_axes(arguments)
     bond = ("T0", "y0") if arguments.work is None else ()
     for flag in ("k", *bond, "ratio", "beta0", "beta1", "lam", *_GIVEN_FLAGS):
@@ -353,7 +351,8 @@ def _axes(arguments: argparse.Namespace) -> tuple[dict[str, Any], Rod | Scene | 
             kind = NUMBER if plain else kinds.get(flag, NUMBER)
             signed = flag in ("beta0", "lam") or flag.startswith("pressure")
             shown = "--" + flag.replace("_", "-")
-            axes[MATERIAL.get(flag, flag)] = parse_range(shown, text, kind, own=own.get(flag), signed=signed)
+            own = own_units(fixed, kinds[flag].si) if fixed is not None and flag in GIVEN else None
+            axes[MATERIAL.get(flag, flag)] = parse_range(shown, text, kind, own=own, signed=signed)
     axes |= _scene_axes(subject, arguments.axis)
     if not axes:
         raise InvalidInput("give a rod and a question, at least one of them with several values.")
