@@ -185,17 +185,25 @@ class Recorder:
         return self.chain.memory.bond == "reversible" and at.t - self.up >= WINDOW
 
     def at_rest(self, at: Moment) -> bool:
-        """Whether what is left of the motion, as it dies away, is too small to matter."""
-        speed = float(np.abs(at.v).max())
+        """Whether what is left of the motion, as it dies away, is too small to matter.
+
+        A rod with mass swings, and stands still where it turns: its fastest within the window counts.
+        """
+        speed, swings = float(np.abs(at.v).max()), bool(self.chain.mass)
         if not self.speeds or self.speeds[-1][0] < at.t:
             self.speeds.append((at.t, speed))
-        while len(self.speeds) > 2 and self.speeds[1][0] < at.t - WINDOW:
+        since = at.t - (2.0 * WINDOW if swings else WINDOW)
+        while len(self.speeds) > 2 and self.speeds[1][0] < since:
             self.speeds.pop(0)
         then, before = self.speeds[0]
-        if speed > SLOW or at.t - then < WINDOW:
+        if speed > SLOW or then > since:
             return False
-        left = speed * (at.t - then)
-        return speed == 0.0 or left < REST * math.log(before / speed)
+        length = at.t - then
+        if swings:
+            length, middle = 0.5 * length, at.t - 0.5 * length
+            before = max(v for t, v in self.speeds if t <= middle)
+            speed = max(v for t, v in self.speeds if t >= middle)
+        return speed == 0.0 or speed * length < REST * math.log(before / speed)
 
     def track(self, spin: np.ndarray, outcome: str) -> Track:
         """Return it all."""
