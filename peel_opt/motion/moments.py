@@ -33,6 +33,9 @@ AHEAD, BLOCK = 0.6, 1.2
 #: Share of the range of the bond to which a point has been open that is behind the front.
 DAMAGED = 0.01
 
+#: Height over eta to which a bond has been open that Newton's method tells from one that was not.
+FELT = 1e-10
+
 #: How long a lift takes.
 LIFTING = 6.0
 
@@ -136,7 +139,7 @@ def _damaged_to(chain: Chain, at: Moment) -> float:
     """
     most = float(np.max(at.open_to, where=chain.glued(len(at.u)) > 0.0, initial=0.0))
     above = np.flatnonzero(at.open_to > DAMAGED * min(1.0 / chain.memory.ratio, most))
-    if not above.size:
+    if not above.size or most < FELT:
         return 0.0
     k = int(above[-1])
     if k < 2:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, OutOfRange
+from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
 from ..continuation.points import Point
 from ..continuation.scene_family import SceneBranch, relative_height, scene_branches
 from ..equilibria.ask import length_given_pressure
@@ -21,7 +21,7 @@ from ..model.rod import Rod, Units, require_rod
 from ..model.scene import Scene
 from ..residual.meshes import SCENES
 from ..residual.scene_spectral import SceneDiscretisation, SceneSolution
-from .acting import PRESSURE_ALONE, Loads, loads_on
+from .acting import Loads, loads_on
 from .departure import stretched
 from .run import Posture
 
@@ -184,11 +184,7 @@ def subject_of(given: Rod | Scene, law: str | CohesiveLaw) -> Subject:
         return Subject(require_rod(given), law)
     refuse_options(law=law)
     subject = Subject(given.rod, plain_law(given)) if given.is_plain else Subject(given.rod, "auto", given)
-    if subject.loads is not PRESSURE_ALONE:
-        raise InvalidInput(
-            "motions are computed in the paper's scene only: a uniform pressure on a flat plate.",
-            remedy="Its growth rate is known in every scene: po.growth_rate(eq).",
-        )
+    _ = subject.loads  # which may refuse it
     return subject
 
 

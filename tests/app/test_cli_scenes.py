@@ -25,7 +25,6 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, s
     "arguments",
     [
         ("flaw", "--card", STREAM, "--pressure", "20 kPa"),
-        ("snap", STREAM, "--drag", "20 kPa s/m"),
         ("history", STREAM),
         ("calibrate", STREAM),
         ("peel", "--card", STREAM, "--angle", "90 deg"),

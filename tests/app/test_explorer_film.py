@@ -37,7 +37,7 @@ def silent(_done: int, _total: int | None) -> None:
         (LETS_GO.changed(label="folded"), "nothing grows about this state: it does not snap"),
         (LETS_GO.at(0.2), "no unfolded equilibrium at p/T0 = 0.2"),
         (LETS_GO.at(1.0), "fails everywhere at once"),
-        (LETS_GO.staged("wall"), "motions are computed in the paper's scene only"),
+        (LETS_GO.staged("wall"), "the motion of a wall that is not flat"),
         (State(lam=1.0), "the linear law has no end at y0"),
     ],
 )
@@ -85,6 +85,26 @@ def test_the_button_begins_a_motion_and_gives_it_up() -> None:
     assert "does not snap" in page.notes.text
     assert not player.busy
     assert not player.bar.visible
+
+
+@pytest.mark.slow
+def test_an_edge_without_glue_plays_across_the_diagram_of_its_scene() -> None:
+    state = State(given="pressure", law="cohesive", ratio=1.0, pressure=0.3, accuracy="sketch")
+    page = Page(Document(), state.staged("flaw").changed(label="middle"), submit=at_once)
+    pump(page)
+    eq = page.screen.equilibrium
+    film = film_of(page.state, eq, silent)
+    assert film.motion.scene == page.state.rods_scene is not None
+    page.player._submit = lambda _work: at_once(lambda: film)  # type: ignore[arg-type, return-value]
+    page.player.begin(page.state, page.screen)
+    pump(page)
+    begins = page.panels.diagram.here.data
+    assert (begins["x"][0], begins["y"][0]) == pytest.approx((eq.length, 0.3), abs=0.02)  # type: ignore[union-attr]
+    assert "unbonded = 0.5" in page.panels.headline.text
+    # A lifted edge stays.
+    lifted = po.solve(film.motion.scene, free="length", pressure=0.3)
+    with pytest.raises(po.NoEquilibrium, match="does not snap"):
+        film_of(page.state, lifted, silent)
 
 
 @pytest.fixture(scope="module")

@@ -89,7 +89,9 @@ READINGS: dict[str, Callable[[str], Any]] = {
     "critical_length": lambda name: po.critical_length(INSTEAD.get(name, SCENES[name][0])),
     "unfolding": lambda name: po.unfolding(SCENES[name][0]),
     "snap": lambda name: po.snap(SCENES[name][0], pressure=SCENES[name][1]),
-    "history": lambda name: po.history(SCENES[name][0], pressure=[(0.0, 0.1), (1.0, 0.2)]),
+    "history": lambda name: po.history(
+        SCENES[name][0], pressure=([0.0, 1.0], [SCENES[name][1], 1.01 * SCENES[name][1]])
+    ),
     "design": lambda name: po.design(
         SCENES[name][0], free="bending_stiffness", targets=po.Target("maxwell_length", equal=2.0)
     ),

@@ -129,6 +129,61 @@ def test_a_picture_shows_the_path_and_what_was_spent(damaged: po.History) -> Non
         damaged.plot(branch=po.trace(po.Rod.from_ratio(0.4), points=20, tol=1e-6))
 
 
+EDGE = po.Scene(ROD, unbonded=1.0)
+
+
+def test_an_edge_without_glue_lies_flat_and_rises_with_the_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("peel_opt.motion.history.STEPS", 20)
+    run = po.history(EDGE, pressure=([0.0, 1.0], [0.0, 0.02]))
+    assert run.scene == EDGE
+    assert run.front[0] == 1.0
+    assert run.tip.y[0] == 0.0
+    assert np.all(run.front >= 1.0)
+    assert run.tip.y[-1] > 1e-4
+    assert run.energy.work[-1] > 0.0
+    assert np.abs(run.certificate).max() < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bond", ["reversible", "damage", "no_rebond"])
+def test_an_edge_is_loaded_past_its_snap_and_let_down(bond: str) -> None:
+    times, pressures = [0.0, 400.0, 450.0, 850.0], [0.0, 0.4, 0.4, 0.0]
+    run = po.history(EDGE, pressure=(times, pressures), bond=bond)
+    lifted, limit = po.solve(EDGE, free="length", pressure=0.2), po.safe_pressure(ROD, 1.0)
+    rising = run.t < 300.0
+    assert np.interp(0.2, run.pressure[rising], run.front[rising]) == pytest.approx(lifted.length, abs=0.02)
+    jumped = run.pressure[np.argmax(run.front > 4.0)]
+    assert limit.pressure < jumped < limit.pressure + 0.04  # behind it by what the rate leaves
+    assert run.error < 0.08
+    assert 0.0 < run.time_error < 1.0
+    assert np.abs(run.energy.defect).max() < 1e-3
+    if bond == "reversible":
+        assert run.energy.bond_loss.max() == 0.0
+        assert run.front[-1] < 2.0  # it has come back to its edge
+    else:
+        assert run.front[-1] > 4.0
+    if bond == "damage":
+        # T0 y0/2 a length that was glued and is fully open, less near the front.
+        assert run.energy.bond_loss[-1] == pytest.approx(0.5 * (run.front[-1] - 2.3), abs=0.15)
+        assert run.dissipated[-1] > run.energy.bond_loss[-1]
+        assert np.all(np.diff(run.front[run.t > 420.0]) > -1e-9)
+
+
+@pytest.mark.parametrize(
+    ("scene", "pressures", "kind", "says"),
+    [
+        (EDGE, [0.1, 1.1], po.OutOfRange, "pulled off with 1.1 T0"),
+        (EDGE, [0.1, -0.1], po.OutOfRange, "are not negative"),
+        (po.Scene(ROD, line_energy=0.1), [0.1, 0.2], po.InvalidInput, "line energy"),
+    ],
+)
+def test_what_a_scene_cannot_live_through_is_refused(
+    scene: po.Scene, pressures: list[float], kind: type[Exception], says: str
+) -> None:
+    with pytest.raises(kind, match=says):
+        po.history(scene, pressure=([0.0, 1.0], pressures))
+
+
 @pytest.mark.parametrize(
     ("wrong", "kind"),
     [

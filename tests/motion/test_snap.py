@@ -314,12 +314,106 @@ def test_what_cannot_be_meant_is_refused(wrong: dict, kind: type[Exception], say
         po.snap(po.Rod.from_ratio(0.3), **{"pressure": 0.9, **wrong})
 
 
-def test_a_scene_that_is_the_papers_is_its_rod_and_another_is_refused() -> None:
+def test_a_scene_that_is_the_papers_is_its_rod() -> None:
     rod = po.Rod.from_ratio(0.3)
     plain = po.snap(po.Scene(rod), 0.9, until=5.0)
     assert plain.front[-1] == po.snap(rod, 0.9, until=5.0).front[-1]
-    with pytest.raises(po.InvalidInput, match="paper's scene"):
-        po.snap(po.Scene(rod, [po.Weight(0.05)]), 0.9)
+    assert plain.scene is None
+
+
+ONE = po.Rod.from_ratio(1.0)
+
+#: An edge that was never glued: it snaps at p/T0 = 0.35355, and has folded states from 0.12184 on.
+EDGE = po.Scene(ONE, unbonded=1.0)
+
+
+def test_above_what_an_edge_holds_it_is_let_go_where_it_snaps() -> None:
+    snapped = po.snap(EDGE, 0.4, bond="damage", until=1.0)
+    assert snapped.scene == EDGE
+    assert math.isnan(snapped.growth_rate)
+    assert snapped.front[0] == pytest.approx(2.86679124, abs=0.05)  # on a mesh
+    assert snapped.front[-1] > snapped.front[0] + 0.08
+    assert np.abs(snapped.certificate).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("asked", "kind", "says"),
+    [
+        ({"rod": po.Scene(ONE, wall=po.Circle(-0.1), natural_curvature=-0.1)}, po.InvalidInput, "not flat"),
+        ({"rod": po.Scene(ONE, line_energy=0.1)}, po.InvalidInput, "line energy"),
+        ({"law": "linear"}, po.InvalidInput, "its own law"),
+        ({"flaw": 0.9}, po.InvalidInput, "shorter than the edge that was never glued, 1 eta"),
+        ({"pressure": 0.1}, po.NoEquilibrium, "pressure is too low. It is lifted there"),
+        ({"pressure": 1.1}, po.OutOfRange, "pulled off with 1.1 T0 at its front"),
+        ({"pressure": 1.1, "flaw": 4.0}, po.OutOfRange, "pulled off"),
+    ],
+)
+def test_what_cannot_be_meant_of_a_scene_is_refused(
+    asked: dict[str, Any], kind: type[Exception], says: str
+) -> None:
+    with pytest.raises(kind, match=says.replace(".", r"\.")):
+        po.snap(**{"rod": EDGE, "pressure": 0.3, **asked})
+
+
+def test_a_state_of_another_scene_must_be_one_that_moves() -> None:
+    state = po.solve(EDGE, free="length", pressure=0.2)
+    with pytest.raises(po.NoEquilibrium, match="nothing grows"):
+        po.snap(EDGE, 0.2, start=state)
+    with pytest.raises(po.InvalidInput, match="the words alone"):
+        po.snap(EDGE, 0.2, start=replace(state, scene="Scene(...)"))
+    with pytest.raises(po.InvalidInput, match="line energy"):
+        po.snap(EDGE, 0.2, start=replace(state, scene=po.Scene(ONE, line_energy=0.1)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("pressure", "begins", "outcome", "rests"),
+    [
+        (0.2, {}, "folded", "folded"),
+        (0.4, {}, "folded", "folded"),
+        (0.2, {"flaw": 3.0}, "standing", "lifted"),
+        (0.1, {"start": 0.3}, "standing", "lifted"),
+    ],
+)
+def test_an_edge_comes_to_rest_folded_or_stands(
+    pressure: float, begins: dict[str, float], outcome: str, rests: str
+) -> None:
+    """From its unfolded state, from where it snaps, from below, and from a folded state of its rod."""
+    asked: dict[str, Any] = dict(begins)
+    if "start" in begins:
+        asked["start"] = po.length_given_pressure(ONE, begins["start"], state="folded")
+    snapped = po.snap(EDGE, pressure, **asked)
+    assert snapped.outcome == outcome
+    known = po.solve(EDGE, free="length", pressure=pressure, state=rests)
+    assert snapped.front[-1] == pytest.approx(known.length, abs=2.0 * snapped.error + 1e-6)
+    assert snapped.error < 1e-6
+    assert snapped.arrest is not None
+    assert snapped.arrest.scene == EDGE
+    assert snapped.arrest.state == rests
+    assert np.abs(snapped.certificate).max() < 1e-10
+    assert np.abs(snapped.energy.defect).max() < 1e-6
+    if not begins and pressure < 0.35:
+        unfolded = po.solve(EDGE, free="length", pressure=pressure, state="unfolded")
+        assert snapped.growth_rate == pytest.approx(po.growth_rate(unfolded), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_scene_whose_tip_lands_rests_in_its_folded_state_to_the_error_of_the_mesh() -> None:
+    scene = po.Scene(ONE, natural_curvature=0.3)
+    snapped = po.snap(scene, 0.5)
+    assert snapped.outcome == "folded"
+    assert snapped.event("contact").y == 0.0
+    assert snapped.arrest is not None
+    assert abs(snapped.front[-1] - snapped.arrest.length) < snapped.error < 2e-2
+
+
+@pytest.mark.slow
+def test_under_a_dead_load_nothing_stops_a_peel() -> None:
+    scene = po.Scene(ONE, [po.Pressure(dead=1.0)], unbonded=1.0)
+    snapped = po.snap(scene, 0.3, rod_length=10.0)
+    assert snapped.outcome == "end of rod"
+    late = snapped.front > 8.0
+    assert np.all(np.diff(snapped.speed[late]) > -1e-3)  # it does not slow down
 
 
 def folded(rod: po.Rod, pressure: float) -> po.Equilibrium:

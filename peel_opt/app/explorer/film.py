@@ -47,11 +47,9 @@ def film_of(state: State, eq: Equilibrium | None, told: Callable[[int, int | Non
         )
     rod, scene = state.rod, state.rods_scene
     assert rod is not None  # the groups were left
-    if scene is not None:
-        return Film(state, snap(scene, state.pressure, progress=told))
     pressure = state.pressure if eq is None else rod.pressure(eq.pressure_ratio)
     start = None if eq is None or eq.state in UNFOLDED else eq
-    return Film(state, snap(rod, pressure, start=start, progress=told))
+    return Film(state, snap(scene or rod, pressure, start=start, progress=told))
 
 
 @dataclass(frozen=True, eq=False)

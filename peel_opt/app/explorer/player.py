@@ -15,6 +15,7 @@ from bokeh.document import Document
 from bokeh.models import Button, InlineStyleSheet, Row, Slider, Toggle
 
 from ...base.errors import PeelOptError
+from ...equilibria.branch import Branch
 from ...equilibria.result import Equilibrium
 from ...plots.diagram import place
 from ...plots.panels import Line, Panel
@@ -37,6 +38,11 @@ CROSSING = 0.4
 _WORKER = ThreadPoolExecutor(max_workers=1, thread_name_prefix="peel-opt-snap")
 
 Submit = Callable[[Callable[[], Film]], "Future[Film]"]
+
+
+def _moves_along(film: Film, branch: Branch) -> bool:
+    """Whether a branch is that of the rod that moves, with what acts on it."""
+    return branch.rod == film.motion.rod and branch.scene == film.motion.scene
 
 
 class NotWanted(Exception):
@@ -167,7 +173,7 @@ class Player:
         self.panels.progress.text = ""
         diagram, self._branch = None, None
         curve = screen.curve
-        if screen.diagram is not None and curve is not None and curve.branch.rod == film.motion.rod:
+        if screen.diagram is not None and curve is not None and _moves_along(film, curve.branch):
             self._branch = curve.branch
             diagram = self._crossed(film, screen.diagram)
         self.bar.visible = True
