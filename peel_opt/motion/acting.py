@@ -1,4 +1,4 @@
-"""What acts on a moving rod beside drag, mass and bond: the loads of a scene on a flat plate.
+"""What acts on a moving rod beside drag, mass and bond: the loads of a scene, and what its wall is like.
 
 A natural curvature kappa_n of all the rod bends the attached part as well: it is the moment -k kappa_n
 at the tip and nothing else.  Loads count places from the front, as in equilibrium: a pressure that is a
@@ -260,7 +260,7 @@ def loads_on(subject: Rod | Scene) -> Loads:
     if not isinstance(subject, Scene) or subject.is_plain:
         return PRESSURE_ALONE
     left_out = {
-        "a wall that is not flat": not subject.is_flat,
+        "a rod on a curved wall under more than a uniform pressure": not subject.has_identity,
         "a tip that rests on its wall, or the middle of a strip": not isinstance(subject.tip, TipLoad),
         "a rod that stretches": subject.stretch is not None,
         "a front with a line energy": bool(subject.line_energy),

@@ -43,6 +43,16 @@ class Arc:
             return s, np.zeros_like(s)
         return np.sin(kw * s) / kw, 2.0 * np.sin(0.5 * kw * s) ** 2 / kw
 
+    def normal(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x and y of the normal of the wall at these places along it."""
+        if not self.curvature:
+            return np.zeros_like(s), np.ones_like(s)
+        return -np.sin(self.curvature * s), np.cos(self.curvature * s)
+
+    def carried(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x and y of how places move with a wall that slides along itself by 1: e_x on a plate."""
+        return 1.0 - self.curvature * y, self.curvature * x
+
     def above(self, x: np.ndarray, y: np.ndarray) -> Above:
         """Return where places are above the wall, without cancellation as its curvature vanishes."""
         kw = self.curvature

@@ -11,7 +11,8 @@ the rod was glued,
     y >= 0,  C >= 0,  y C = 0,
 
 and at the tip its force, and theta' of what bends it there.  Where a load ends within a link, the link has
-its share of it.
+its share of it.  On a wall of curvature kw, x_i is a place along it and y_i a height over it, along which
+act C and tau; theta counts from where the rod lay, so that a link points along phi = theta + kw s.
 
 The attached rod is among them: there theta = y = 0 and C > 0.  The front is where that ends.  One number z
 for each node says both what it is open by and what it is pressed with, y = max(z, 0), C = max(-z, 0), so
@@ -24,12 +25,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs
 
 from .acting import PRESSURE_ALONE, Acted, Loads, Past
+from .arc import Arc
 from .memory import Memory
 
 #: Unknowns of a node and its link: x, z, theta, N_x, N_y; and rows: forces, moments, places of the ends.
@@ -104,12 +107,37 @@ class Chain:
         w, a = self.share(n), self.loads.unbonded
         return np.clip(self.h * (np.arange(n) + 0.5) - a, 0.0, w) if a else w
 
+    @cached_property
+    def arc(self) -> Arc:
+        """The wall."""
+        return Arc(self.loads.wall_curvature)
+
+    @cached_property
+    def link(self) -> float:
+        """Length of a link: of the chord that it is of its wall."""
+        kw = self.arc.curvature
+        return 2.0 * math.sin(0.5 * kw * self.h) / kw if kw else self.h
+
+    def phi(self, theta: np.ndarray) -> np.ndarray:
+        """Direction of each link."""
+        return theta + self.arc.curvature * self.h * (np.arange(len(theta)) + 0.5)
+
+    def normals(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x and y of the normal of the wall below each node."""
+        return self.arc.normal(u[:, X])
+
+    def heights(self, u: np.ndarray) -> np.ndarray:
+        """Height of the nodes over the wall, (n,)."""
+        heights = np.maximum(u[:, Z], 0.0)
+        if self.tip_at is not None:
+            heights[0] = self.tip_at
+        return heights
+
     def places(self, u: np.ndarray) -> np.ndarray:
         """x and y of the nodes, (2, n)."""
-        places = np.stack([u[:, X], np.maximum(u[:, Z], 0.0)])
-        if self.tip_at is not None:
-            places[1, 0] = self.tip_at
-        return places
+        if not self.arc:
+            return np.stack([u[:, X], self.heights(u)])
+        return np.stack(self.arc.at(u[:, X])) + self.heights(u) * np.stack(self.normals(u))
 
     def pressed(self, u: np.ndarray) -> np.ndarray:
         """Force per length with which each node is held up, in the unit of z; that of a lift has any sign."""
@@ -118,22 +146,23 @@ class Chain:
             pressed[0] = -u[0, Z]
         return pressed
 
-    def end(self, n: int) -> float:
+    def end(self, n: int) -> tuple[float, float]:
         """Place of the stuck end."""
-        return n * self.h
+        x, y = self.arc.at(np.array(n * self.h))
+        return float(x), float(y)
 
     def acted(self, u: np.ndarray, pressure: float, front: float = math.inf) -> Acted:
         """Return what the loads are on each link, and what they change by, ahead of the front as at it."""
         theta, loads, n = u[:, THETA], self.loads, len(u)
         if loads is PRESSURE_ALONE:
             return loads.at(pressure, theta, theta, theta, theta, theta)
-        x, y = self.places(u)
+        (x, y), (end_x, end_y) = self.places(u), self.end(n)
         i = np.arange(n)
         places = np.stack(
             [
-                theta,
-                0.5 * (x + np.append(x[1:], self.end(n))),
-                0.5 * (y + np.append(y[1:], 0.0)),
+                self.phi(theta),
+                0.5 * (x + np.append(x[1:], end_x)),
+                0.5 * (y + np.append(y[1:], end_y)),
                 np.minimum(self.h * (i + 0.5), front),
                 np.full(n, front),
             ]
@@ -166,37 +195,42 @@ class Chain:
         h, n = self.h, len(u)
         theta, Nx, Ny = u[:, THETA], u[:, NX], u[:, NY]
         x, y = places = self.places(u)
-        sine, cosine = np.sin(theta), np.cos(theta)
+        end_x, end_y = self.end(n)
+        phi = self.phi(theta)
+        sine, cosine = np.sin(phi), np.cos(phi)
         v = (places - stage.base) / stage.span
         w, inert = self.share(n), self.drag * v
         if self.mass:
             inert = inert + self.mass * (v - stage.base_v) / stage.span
-        held_up = (
-            w * stage.stiffness(self) * self.pressed(u) - self.glued(n) * self.memory.holding(y, open_to)[0]
-        )
+        held_up, (nx, ny) = self.held_up(u, stage, open_to), self.normals(u)
         load = self.pushed(self.acted(u, stage.pressure, stage.front))
         rows = np.empty((n, UNKNOWNS))
-        rows[:, FX] = w * inert[0] - load[0] + Nx
-        rows[:, FY] = w * inert[1] - held_up - load[1] + Ny
+        rows[:, FX] = w * inert[0] - held_up * nx - load[0] + Nx
+        rows[:, FY] = w * inert[1] - held_up * ny - load[1] + Ny
         rows[1:, FX] -= Nx[:-1]
         rows[1:, FY] -= Ny[:-1]
         turned = np.diff(theta, append=0.0) / h
         rows[:, TURN] = turned + h * (Nx * sine - Ny * cosine)
         rows[1:, TURN] -= turned[:-1]
         rows[0, TURN] -= self.loads.tip_curvature
-        rows[:, RX] = np.append(x[1:], self.end(n)) - x - h * cosine
-        rows[:, RY] = np.append(y[1:], 0.0) - y - h * sine
+        rows[:, RX] = np.append(x[1:], end_x) - x - self.link * cosine
+        rows[:, RY] = np.append(y[1:], end_y) - y - self.link * sine
         return rows
+
+    def held_up(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
+        """Return the force of contact and bond on each node, along the normal of the wall."""
+        n, traction = len(u), self.memory.holding(self.heights(u), open_to)[0]
+        return self.share(n) * stage.stiffness(self) * self.pressed(u) - self.glued(n) * traction
 
     def derivatives(self, u: np.ndarray, stage: Stage, open_to: np.ndarray) -> np.ndarray:
         """Return the derivatives of the balances by all unknowns, banded as LAPACK takes them."""
         h, n = self.h, len(u)
-        theta, Nx, Ny = u[:, THETA], u[:, NX], u[:, NY]
-        sine, cosine = np.sin(theta), np.cos(theta)
+        phi, Nx, Ny = self.phi(u[:, THETA]), u[:, NX], u[:, NY]
+        sine, cosine = np.sin(phi), np.cos(phi)
         free = u[:, Z] > 0.0
         if self.tip_at is not None:
             free[0] = False
-        slope = self.memory.holding(self.places(u)[1], open_to)[1]
+        slope = self.memory.holding(self.heights(u), open_to)[1]
         weighed = self.share(n) * stage.stiffness(self)
         acted = self.acted(u, stage.pressure, stage.front)
         band = np.zeros((3 * self.diagonals + 1, n, UNKNOWNS))
@@ -207,8 +241,17 @@ class Chain:
             diagonal = 2 * self.diagonals + row - column - UNKNOWNS * ahead
             band[diagonal, where, column] += values[where] if isinstance(values, np.ndarray) else values
 
-        put(FX, X, weighed)
-        put(FY, Z, weighed + np.where(free, self.glued(n) * slope, 0.0))
+        # How a node moves with its place along the wall, and with its height.
+        nx, ny = self.normals(u)
+        along = 1.0 - self.arc.curvature * self.heights(u)
+        rises = weighed + np.where(free, self.glued(n) * slope, 0.0)
+        put(FX, X, weighed * along * ny)
+        put(FY, Z, rises * ny)
+        if self.arc:
+            turned = self.arc.curvature * self.held_up(u, stage, open_to)
+            put(FX, X, turned * ny)
+            put(FY, X, -(weighed * along + turned) * nx)
+            put(FX, Z, rises * nx)
         for row, force, turning in ((FX, NX, acted.by_theta[0]), (FY, NY, acted.by_theta[1])):
             put(row, force, 1.0)
             put(row, force, -1.0, -1)
@@ -232,12 +275,14 @@ class Chain:
         put(TURN, THETA, 1.0 / h, -1)
         put(TURN, NX, h * sine)
         put(TURN, NY, -h * cosine)
-        put(RX, X, -1.0)
-        put(RX, X, 1.0, 1)
-        put(RX, THETA, h * sine)
-        put(RY, Z, -1.0 * free)
-        put(RY, Z, 1.0 * free, 1)
-        put(RY, THETA, -h * cosine)
+        for ahead, sign in ((0, -1.0), (1, 1.0)):
+            put(RX, X, sign * along * ny, ahead)
+            put(RY, Z, sign * free * ny, ahead)
+            if self.arc:
+                put(RY, X, -sign * along * nx, ahead)
+                put(RX, Z, sign * free * nx, ahead)
+        put(RX, THETA, self.link * sine)
+        put(RY, THETA, -self.link * cosine)
         return band.reshape(band.shape[0], -1)
 
     def solve(

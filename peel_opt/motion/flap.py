@@ -651,15 +651,15 @@ class Flap:
         net_y = acted.force[1] - s.mass * rates.ay - s.drag * rates.vy
         speeds = rates.vx**2 + rates.vy**2
         kw = self.arc.curvature
-        share_x, share_y = 1.0 - kw * at.y - at.cosine, kw * at.x - at.sine
-        driven = (at.weights * (net_x * share_x + net_y * share_y)).sum(axis=-1)
+        carried_x, carried_y = self.arc.carried(at.x, at.y)
+        driven = net_x * (carried_x - at.cosine) + net_y * (carried_y - at.sine)
         return Reading(
             front=u[..., self.lengths].sum(axis=-1),
             tip=tip,
             kinetic=0.5 * s.mass * (at.weights * speeds).sum(axis=-1),
             bending=self._bending(u)[0] + (loads.natural_curvature - kw) * tip.angle,
             separation=(at.weights * np.concatenate(opened, axis=-1)).sum(axis=-1) / s.ratio,
-            identity=driven + loads.at_tip(tip.angle) - opened_to,
+            identity=(at.weights * driven).sum(axis=-1) + loads.at_tip(tip.angle) - opened_to,
             speed=np.sqrt(speeds.max(axis=-1)),
         )
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .arc import Arc
 from .mesh import run_on_mesh
 from .run import Posture, Setting, Told, Track, Until
 from .trajectory import Ledger, TipPath
@@ -18,7 +19,7 @@ def beyond_contact(
     setting: Setting, first: Track, until: Until, *, resolution: int = 0, told: Told | None = None
 ) -> Track:
     """Carry a run of a rod without mass, which ended as it came down, on through that on a mesh."""
-    low = _clearance(first)
+    low = _clearance(first, Arc(setting.loads.wall_curvature))
     i = int(np.flatnonzero(low >= LOW * low.max())[-1])
     s = first.fraction * first.front[i]
     start = Posture(s, first.theta[i], np.zeros_like(s), float(first.t[i]))
@@ -44,9 +45,10 @@ def beyond_contact(
     )
 
 
-def _clearance(run: Track) -> np.ndarray:
+def _clearance(run: Track, arc: Arc) -> np.ndarray:
     """Return the height at every time of the tip, or of the lowest point between it and the front, (n,)."""
-    inside = run.y[:, 1:-1]
-    dips = (inside <= run.y[:, :-2]) & (inside < run.y[:, 2:])
+    heights = arc.above(run.x, run.y).gap
+    inside = heights[:, 1:-1]
+    dips = (inside <= heights[:, :-2]) & (inside < heights[:, 2:])
     lowest = np.where(dips, inside, np.inf).min(axis=1)
     return np.asarray(np.minimum(run.tip.y, lowest))

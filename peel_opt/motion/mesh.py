@@ -145,7 +145,7 @@ def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
     meshed = len(at.u) * chain.h
     if front + AHEAD <= meshed or meshed >= length:
         return at
-    return at.longer(max(round(min(BLOCK, length - meshed) / chain.h), 1), chain.h)
+    return at.longer(chain, max(round(min(BLOCK, length - meshed) / chain.h), 1))
 
 
 def _may_open(chain: Chain, at: Moment) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..base.errors import NotConverged
-from .chain import NY, THETA, UNKNOWNS, Chain, Stage, X, Z
+from .chain import NX, NY, THETA, UNKNOWNS, Chain, Stage, X, Z
 from .run import Posture
 
 #: First and longest step, and by what a step may grow on the one before.
@@ -52,6 +52,8 @@ class Moment:
     t : float
     u : ndarray, shape (n, 5)
         Unknowns of the chain.
+    y : ndarray, shape (n,)
+        Heights of the nodes over the wall.
     r, v, a : ndarray, shape (2, n)
         Place, velocity and acceleration of the nodes.
     open_to : ndarray, shape (n,)
@@ -68,6 +70,7 @@ class Moment:
 
     t: float
     u: np.ndarray
+    y: np.ndarray
     r: np.ndarray
     v: np.ndarray
     a: np.ndarray
@@ -79,22 +82,17 @@ class Moment:
     front: float = math.inf
     front_before: float = math.inf
 
-    @property
-    def y(self) -> np.ndarray:
-        """Heights of the nodes."""
-        heights: np.ndarray = self.r[1]
-        return heights
-
-    def longer(self, nodes: int, h: float) -> Moment:
+    def longer(self, chain: Chain, nodes: int) -> Moment:
         """Return the same with more attached rod ahead."""
         n = len(self.u)
         more = np.tile(self.u[-1], (nodes, 1))
-        more[:, X] = (n + np.arange(nodes)) * h
+        more[:, X] = (n + np.arange(nodes)) * chain.h
         still = np.zeros((2, nodes))
-        stuck = np.stack([more[:, X], still[1]])
+        stuck = np.stack(chain.arc.at(more[:, X]))
         return replace(
             self,
             u=np.concatenate([self.u, more]),
+            y=np.concatenate([self.y, still[0]]),
             r=np.concatenate([self.r, stuck], axis=1),
             v=np.concatenate([self.v, still], axis=1),
             a=np.concatenate([self.a, still], axis=1),
@@ -126,7 +124,8 @@ def front_of(chain: Chain, at: Moment) -> float:
     if not above.size:
         return 0.0
     k = int(above[-1])
-    force = at.u[k:, NY]
+    (nx, ny), u = chain.arc.normal(chain.h * (np.arange(k, len(at.u)) + 0.5)), at.u[k:]
+    force = u[:, NX] * nx + u[:, NY] * ny
     share = float(force[1:].sum() / force[0]) if force[0] < 0.0 else 0.0
     return chain.h * (k + 1 + min(max(share, 0.0), 1.0))
 
@@ -173,10 +172,10 @@ def step(chain: Chain, at: Moment, dt: float, pressure: float) -> Moment | None:
     u = chain.solve(_guessed(at, ratio), stage, at.open_to)
     if u is None:
         return None
-    r = chain.places(u)
+    r, y = chain.places(u), chain.heights(u)
     v = (r - base) / stage.span
     a = (v - base_v) / stage.span if chain.mass else np.zeros_like(v)
-    after = Moment(at.t + dt, u, r, v, a, np.maximum(at.open_to, r[1]), dt, at.r, at.v, at.u)
+    after = Moment(at.t + dt, u, y, r, v, a, np.maximum(at.open_to, y), dt, at.r, at.v, at.u)
     return _known_front(chain, after, at.front)
 
 
@@ -243,14 +242,14 @@ def spent(chain: Chain, before: Moment, after: Moment, pressure: Pressure) -> Sp
     w = chain.share(len(moved[0]))
     lifted = 0.0
     if chain.tip_at is not None:
-        lifted = -0.5 * w[0] * float(before.u[0, Z] + after.u[0, Z]) * float(moved[1, 0])
+        lifted = -0.5 * w[0] * float(before.u[0, Z] + after.u[0, Z]) * float(after.y[0] - before.y[0])
     dragged = 0.5 * chain.drag * float(np.sum(w * (before.v + after.v) * moved))
     return Spent(0.5 * float(np.sum(force * moved)) + turned + lifted, dragged)
 
 
-def from_the_end(rate: np.ndarray, end: float, h: float) -> np.ndarray:
-    """Integrate along the links from the stuck end back."""
-    found: np.ndarray = end - h * np.cumsum(rate[::-1])[::-1]
+def _from_the_end(rates: np.ndarray, end: tuple[float, float], link: float) -> np.ndarray:
+    """Integrate two rates along the links from the stuck end back, (2, n)."""
+    found: np.ndarray = np.array(end)[:, None] - link * np.cumsum(rates[:, ::-1], axis=1)[:, ::-1]
     return found
 
 
@@ -264,15 +263,16 @@ def begun(chain: Chain, start: Posture, longest: float) -> Moment:
         np.where(detached, CubicSpline(start.s, values)(middles), 0.0) for values in (start.theta, start.spin)
     )
 
-    u = np.zeros((n, UNKNOWNS))
-    u[:, X], y = from_the_end(np.cos(theta), n * h, h), from_the_end(np.sin(theta), 0.0, h)
-    u[:, Z] = np.where(y > 0.0, y, -1.0)
-    u[:, THETA] = theta
-    v = np.stack([from_the_end(-np.sin(theta) * spin, 0.0, h), from_the_end(np.cos(theta) * spin, 0.0, h)])
+    u, phi = np.zeros((n, UNKNOWNS)), chain.phi(theta)
+    along = np.stack([np.cos(phi), np.sin(phi)])
+    x, y = _from_the_end(along, chain.end(n), chain.link)
+    gap = chain.arc.above(x, y).gap
+    u[:, X], u[:, Z], u[:, THETA] = chain.arc.place(x, y), np.where(gap > 0.0, gap, -1.0), theta
+    v = _from_the_end(spin * np.stack([-along[1], along[0]]), (0.0, 0.0), chain.link)
     if not chain.mass:
         v[:] = 0.0
-    r = chain.places(u)
-    return _known_front(chain, Moment(start.t, u, r, v, np.zeros_like(v), r[1], np.inf, r, v, u))
+    r, y = chain.places(u), chain.heights(u)
+    return _known_front(chain, Moment(start.t, u, y, r, v, np.zeros_like(v), y, np.inf, r, v, u))
 
 
 @dataclass(eq=False)

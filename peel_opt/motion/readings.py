@@ -43,20 +43,22 @@ CLEAR = 0.01
 def missed(chain: Chain, at: Moment, pressure: float) -> float:
     """Return what the identity of the motion misses, with what contact and memory add.
 
-    That is int (f - rho r_tt - c r_t).(e_x - t) ds, and what the tip has, less the work of separation of
-    what was glued, which is Phi(y) where that begins.
+    That is int (f - rho r_tt - c r_t).(e - t) ds, and what the tip has, less the work of separation of
+    what was glued, which is Phi(y) where that begins; e is e_x on a plate, and turns with a curved wall.
     """
     y, w, memory = at.y, chain.share(len(at.u)), chain.memory
-    theta, force = at.u[:, THETA], chain.acted(at.u, pressure, at.front).force
-    along = np.stack([np.cos(theta), np.sin(theta)])
-    driven = chain.h * float(np.sum(force[0] * (1.0 - along[0]) - force[1] * along[1]))
+    phi, force = chain.phi(at.u[:, THETA]), chain.acted(at.u, pressure, at.front).force
+    along, carried = np.stack([np.cos(phi), np.sin(phi)]), np.stack(chain.arc.carried(*at.r))
+    middles = np.append(0.5 * (carried[:, 1:] + carried[:, :-1]), carried[:, -1:], axis=1)
+    driven = chain.h * float(np.sum(force * (middles - along)))
     along[:, 1:] = 0.5 * (along[:, 1:] + along[:, :-1].copy())
     resists = chain.mass * at.a + chain.drag * at.v
     kept = chain.glued(len(w)) * (memory.holding(y, at.open_to)[0] - memory.pull(y)[0])
     separated = memory.work(np.interp([chain.loads.unbonded], chain.h * np.arange(len(w)), y))[0]
     found = driven + float(chain.loads.at_tip(np.array(tip_angle(chain, at)))) - separated
-    found += np.sum((kept - w * chain.pressed(at.u)) * along[1])
-    return float(found - np.sum(w * (resists[0] * (1.0 - along[0]) - resists[1] * along[1])))
+    across = np.sum(np.stack(chain.normals(at.u)) * along, axis=0)
+    found += np.sum((kept - w * chain.pressed(at.u)) * across)
+    return float(found - np.sum(w * resists * (carried - along)))
 
 
 def tip_angle(chain: Chain, at: Moment) -> float:
@@ -91,10 +93,10 @@ def at_rest_in(chain: Chain, at: Moment) -> str:
 def spin_of(chain: Chain, at: Moment) -> np.ndarray:
     """Return theta_t at the points of the last shape."""
     along = np.append(at.v, np.zeros((2, 1)), axis=1)
-    theta = at.u[:, THETA]
-    spin = (np.diff(along[1]) * np.cos(theta) - np.diff(along[0]) * np.sin(theta)) / chain.h
+    phi = chain.phi(at.u[:, THETA])
+    spin = (np.diff(along[1]) * np.cos(phi) - np.diff(along[0]) * np.sin(phi)) / chain.h
     s = np.linspace(0.0, front_of(chain, at), POINTS)
-    return np.interp(s, chain.h * (np.arange(len(theta)) + 0.5), spin)
+    return np.interp(s, chain.h * (np.arange(len(phi)) + 0.5), spin)
 
 
 class Recorder:
@@ -121,7 +123,8 @@ class Recorder:
         angle, loads, glued = tip_angle(chain, at), chain.loads, chain.glued(n)
         energies = (
             0.5 * chain.mass * float(np.sum(w * at.v**2)),
-            0.5 * float(turned @ turned) / chain.h + loads.natural_curvature * theta[0],
+            0.5 * float(turned @ turned) / chain.h
+            + (loads.natural_curvature - loads.wall_curvature) * theta[0],
             float(glued @ memory.stored(at.y, at.open_to)),
             *self.spent,
             float(glued @ memory.lost(at.open_to)),
@@ -134,8 +137,8 @@ class Recorder:
         self.shapes.append(
             np.stack(
                 [
-                    np.interp(s, nodes, u[:, X]),
-                    np.interp(s, nodes, at.y),
+                    np.interp(s, nodes, at.r[0]),
+                    np.interp(s, nodes, at.r[1]),
                     np.interp(s, middles, np.concatenate([[angle], theta])),
                 ]
             )
@@ -149,8 +152,9 @@ class Recorder:
     def landed(self, before: Moment, at: Moment) -> None:
         """Note that the rod has come down in the last step: where it would have, as it was coming."""
         down, length = lying(at), at.t - before.t
-        y, v = before.y[down], before.v[1][down]
-        gains = (v - before.v_before[1][down]) / before.dt
+        normals = np.stack(self.chain.normals(before.u))[:, down]
+        y, v = before.y[down], np.sum(normals * before.v[:, down], axis=0)
+        gains = (v - np.sum(normals * before.v_before[:, down], axis=0)) / before.dt
         # Of y + v t + gains t^2/2 the first root, by what does not cancel.
         roots = 2.0 * y / np.maximum(np.sqrt(np.maximum(v * v - 2.0 * gains * y, 0.0)) - v, TINY)
         came = min(float(roots.min()), length)

@@ -71,7 +71,7 @@ def test_a_natural_curvature_and_a_moment_bend_the_tip_alike():
 @pytest.mark.parametrize(
     ("part", "named"),
     [
-        ({"wall": po.Circle(0.1)}, "wall"),
+        ({"wall": po.Circle(0.1), "loads": [po.Weight(0.1)]}, "curved wall"),
         ({"line_energy": 0.1}, "line energy"),
         ({"line_energy": 0.1, "stretch": 10.0}, "stretches"),
         ({"law": po.ShearSprings(1.0)}, "sliding"),

@@ -40,9 +40,15 @@ LOADED = loads_on(
 )
 
 
+#: A wall that is not flat.
+CURVED = loads_on(
+    po.Scene(po.Rod.from_ratio(1.0), wall=po.Circle(-0.4), unbonded=0.25, natural_curvature=0.1)
+)
+
+
 @pytest.mark.parametrize("bond", ["reversible", "damage", "no_rebond"])
 @pytest.mark.parametrize("tip_at", [None, 0.3])
-@pytest.mark.parametrize("loads", [PRESSURE_ALONE, LOADED])
+@pytest.mark.parametrize("loads", [PRESSURE_ALONE, LOADED, CURVED])
 def test_the_derivatives_are_those_of_the_balances(bond, tip_at, loads):
     random = np.random.default_rng(1)
     n = 8
