@@ -37,11 +37,7 @@ def resolved(problem: Problem, fitted: Fitted) -> tuple[list[Equilibrium], float
     for i, observation in enumerate(problem.observations):
         sigma, P = states.numbers[i].tolist()
         problem.watch()
-        # Asked for by the number that changes more along the branch, unless the other one was exact.
-        by_length = abs(states.by_A[i, 0]) / sigma > abs(states.by_A[i, 1]) / max(P, 1e-300)
-        exact = [name for name in ("length", "pressure") if observation.role(name) == "exact"]
-        if len(exact) == 1:
-            by_length = exact == ["length"]
+        by_length = observation.is_known_by_length(sigma, P, states.by_A[i])
         eq, gap = _asked(rod, sigma, P, labels[i], by_length, law)
         if gap > MOST_APART:
             raise NotCertified(

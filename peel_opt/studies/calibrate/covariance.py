@@ -143,6 +143,11 @@ def loss(squares: np.ndarray, delta: float | None) -> tuple[np.ndarray, np.ndarr
     return 2.0 * squares / (1.0 + root), 1.0 / root  # without cancellation
 
 
+def cost(r: np.ndarray, delta: float | None) -> float:
+    """Sum of the losses of all items; chi-square with least squares."""
+    return float(loss(squared(r), delta)[0].sum())
+
+
 def robust_rows(squares: np.ndarray, delta: float) -> np.ndarray:
     """Loss of each row and its derivatives, where what counts is the sum over the two rows of an item.
 

@@ -238,6 +238,17 @@ class Observation:
             return "unknown"
         return "exact" if getattr(self, f"{name}_sd") is None else "measured"
 
+    def is_known_by_length(self, sigma: float, P: float, rates: np.ndarray) -> bool:
+        """Whether a fitted state is asked for by its length, and not by its pressure.
+
+        By the number that changes more along the branch, where ``rates`` are those of sbar/eta and p/T0,
+        unless the other one was exact.
+        """
+        exact = [name for name in ("length", "pressure") if self.role(name) == "exact"]
+        if len(exact) == 1:
+            return exact == ["length"]
+        return bool(abs(rates[0]) / sigma > abs(rates[1]) / max(abs(P), 1e-300))
+
     @property
     def degrees(self) -> int:
         """Measured numbers less unknowns of its own: what it contributes to the degrees of freedom."""

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -19,10 +20,13 @@ from ...base.errors import NotConverged
 from ...base.progress import progress
 from ...model.rod import RATIOS, Rod
 from .chart import Chart, ChartStates
-from .covariance import LinearModel, Seen, loss, robust_rows, squared
+from .covariance import LinearModel, Seen, cost, robust_rows
 from .data import Observation
 from .pairs import GROUPS, Pairs, scales
 from .shapes import SeenShape, best_picture
+
+if TYPE_CHECKING:
+    from .scene_problem import SceneProblem
 
 #: How far a foot is looked for on the expansion about a state, in A.
 SPAN = 0.3
@@ -201,7 +205,7 @@ class Problem:
         if not np.all(np.isfinite(first)):
             raise NotConverged("the rod to start from has no state like one of those observed.")
         if not basis.shape[1]:
-            return replace(at, deviance=self._cost(first), iterations=1)
+            return replace(at, deviance=cost(first, self.delta), iterations=1)
         best = least_squares(
             residuals,
             begin,
@@ -217,7 +221,7 @@ class Problem:
         final = residuals(best.x)
         if astray:
             return None
-        return replace(at, deviance=self._cost(final), iterations=int(best.nfev))
+        return replace(at, deviance=cost(final, self.delta), iterations=int(best.nfev))
 
     def _feet(self, states: ChartStates, q: np.ndarray) -> ChartStates:
         """Return the pairs at a rod nearby, at their feet on the expansions of some states."""
@@ -235,12 +239,12 @@ class Problem:
             states, origins[i] = states.put(one, picture.state), picture.origin
         return replace(near, states=states, origins=origins)
 
-    def _cost(self, r: np.ndarray) -> float:
-        return float(loss(squared(r), self.delta)[0].sum())
+
+Watched = TypeVar("Watched", Problem, "SceneProblem")
 
 
 @contextmanager
-def watched(problem: Problem) -> Iterator[Problem]:
+def watched(problem: Watched) -> Iterator[Watched]:
     """Return a problem whose steps are counted on a terminal from the first second on."""
     with progress("step of the calibration") as step:
         yield replace(problem, watch=step)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -13,7 +12,6 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ...base.errors import InvalidInput, NotCertified, NotConverged, PeelOptError
-from ...base.progress import progress
 from ...base.threads import one_thread
 from ...continuation.points import Point, cubic
 from ...continuation.scene_family import scene_branches
@@ -28,6 +26,7 @@ from .covariance import UNSEEN, singular
 from .curve import nearest
 from .data import Observation
 from .pairs import Pairs
+from .problem import watched
 from .profile import BetterFit, met, quantile, require_level
 from .result import Fit
 from .scene_problem import LEAST, Coordinate, SceneFitted, SceneProblem, numbers_of, rates_of
@@ -69,7 +68,7 @@ def fit_scene(
         )
     coordinates = tuple(Coordinate.of(name, scene) for name in free)
     problem = SceneProblem(scene, coordinates, seen, delta, SCENES)
-    with _watched(problem) as watching:
+    with watched(problem) as watching:
         refined, fitted, equilibria, consistency = _refined(watching)
     problem = replace(refined, watch=problem.watch)
     model = problem.linear_model(fitted)
@@ -95,13 +94,6 @@ def fit_scene(
         fitted=fitted,
     )
     return replace(found, warnings=tuple(_warnings(found)))
-
-
-@contextmanager
-def _watched(problem: SceneProblem) -> Iterator[SceneProblem]:
-    """Return a problem whose steps are counted on a terminal from the first second on."""
-    with progress("step of the calibration") as step:
-        yield replace(problem, watch=step)
 
 
 # --- where the states are ------------------------------------------------------------------------
@@ -298,10 +290,7 @@ def _confirmed(problem: SceneProblem, fitted: SceneFitted) -> tuple[list[Equilib
     for observation, point in zip(problem.observations, fitted.points, strict=True):
         problem.watch()
         (sigma, P), rates = numbers_of(point), rates_of(point)
-        by_length = abs(rates[0]) / sigma > abs(rates[1]) / max(abs(P), 1e-300)
-        exact = [name for name in ("length", "pressure") if observation.role(name) == "exact"]
-        if len(exact) == 1:
-            by_length = exact == ["length"]
+        by_length = observation.is_known_by_length(sigma, P, rates)
         try:
             eq, gap = _asked(scene, rod.length(sigma), rod.pressure(P), by_length)
         except PeelOptError:
@@ -462,7 +451,7 @@ class SceneCalibration(Fit):
         if method == "covariance" or not self.has_profile:
             ends = [centre - z * spread, centre + z * spread]
         else:
-            with _watched(self.problem) as problem:
+            with watched(self.problem) as problem:
                 ends = [_end(replace(self, problem=problem), i, side, z) for side in (-1.0, 1.0)]
         if coordinate.is_log:
             low, high = (math.exp(min(end - centre, 700.0)) for end in ends)

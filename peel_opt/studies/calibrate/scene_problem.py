@@ -25,7 +25,7 @@ from ...residual.closures import READINGS, Closure, Plane
 from ...residual.linear import Linearised, gradient
 from ...residual.scene_spectral import SceneDiscretisation, SceneSpectral
 from ...residual.spectral import Spectral
-from .covariance import LinearModel, Seen, loss, robust_rows, squared
+from .covariance import LinearModel, Seen, cost, robust_rows
 from .data import Observation
 from .pairs import GROUPS, Pairs
 from .problem import FURTHEST
@@ -357,7 +357,7 @@ class SceneProblem:
                 remedy="Start from a scene whose branch comes nearer to the data.",
             )
         if not count:
-            return replace(at, deviance=self._cost(first), iterations=1, directions=directions)
+            return replace(at, deviance=cost(first, self.delta), iterations=1, directions=directions)
         best = least_squares(
             residuals,
             begin,
@@ -371,8 +371,8 @@ class SceneProblem:
             max_nfev=100,
         )
         final = residuals(best.x)
-        cost, tried = self._cost(final), int(best.nfev)
-        return replace(at, deviance=cost, iterations=tried, directions=directions)
+        deviance, tried = cost(final, self.delta), int(best.nfev)
+        return replace(at, deviance=deviance, iterations=tried, directions=directions)
 
     def _bounds(self, z: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far each direction may be followed; one along a coordinate has its limits."""
@@ -387,9 +387,6 @@ class SceneProblem:
     def _is_in_range(self, z: np.ndarray) -> bool:
         inside = all(c.low <= v <= c.high for c, v in zip(self.coordinates, z.tolist(), strict=True))
         return inside and RATIOS[0] <= self.scene_at(z).rod.ratio <= RATIOS[1]
-
-    def _cost(self, r: np.ndarray) -> float:
-        return float(loss(squared(r), self.delta)[0].sum())
 
 
 def _scale(scene: Scene) -> np.ndarray:
