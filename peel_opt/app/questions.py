@@ -14,7 +14,7 @@ from ..base import units
 from ..base.checks import parse
 from ..base.errors import InvalidInput, OutOfRange, PeelOptError
 from ..base.units import KINDS, NUMBER, unit_in
-from ..equilibria.ask import ask_rod, equilibrium, length_given_pressure, pressure_given_length
+from ..equilibria.ask import ask_about, equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
 from ..equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure
 from ..equilibria.result import Equilibrium
@@ -166,7 +166,7 @@ class QuestionTable(CardTable):
             return self._posed_of_a_scene(Scene(problem, law="auto" if self.law is None else self.law))
         options = self._options(state=known_state(self.state))
         near = None if self.near is None else self._in_units_of(problem, "near")
-        return self._posed_at(problem, partial(ask_rod, problem, self._given_of_one), near=near, **options)
+        return self._posed_at(problem, partial(ask_about, problem, self._given_of_one), near=near, **options)
 
     @property
     def _given_of_one(self) -> str:

@@ -24,7 +24,7 @@ from ..model.renumbered import renumbered
 from ..model.rod import Rod
 from ..model.scene import Scene
 from ..residual.accuracy import HEIGHT_NOISE
-from .ask import ask_rod, equilibrium
+from .ask import ask_about, equilibrium
 from .batches import find
 from .question import ASKS, known_law
 from .result import Equilibrium
@@ -403,4 +403,4 @@ def _single(point: dict[str, float], options: dict[str, Any]) -> Equilibrium:
     if "beta0" in point:
         return equilibrium(beta0=point["beta0"], lam=point["lam"], **options)
     ratio, given = point  # of a rod known by its ratio, units are those of ratios
-    return ask_rod(Rod.from_ratio(point[ratio]), KINDS[ratio, given].given.name, point[given], **options)
+    return ask_about(Rod.from_ratio(point[ratio]), KINDS[ratio, given].given.name, point[given], **options)

@@ -85,7 +85,9 @@ def pressure_given_length(
     >>> round(pressure_given_length(rod, 3.2).pressure_ratio, 7)
     0.3687926
     """
-    return _ask(rod, "length", length, law=law, state=state, near=near, method=method, tol=tol, throw=throw)
+    return ask_about(
+        rod, "length", length, law=law, state=state, near=near, method=method, tol=tol, throw=throw
+    )
 
 
 def length_given_pressure(
@@ -131,35 +133,9 @@ def length_given_pressure(
     >>> round(length_given_pressure(Rod.from_ratio(1.0), 0.8).length_ratio, 9)
     3.036804006
     """
-    return _ask(
+    return ask_about(
         rod, "pressure", pressure, law=law, state=state, near=near, method=method, tol=tol, throw=throw
     )
-
-
-#: What answers about a rod or a scene, by what is given.
-CALLS: dict[str, Callable[..., Equilibrium]] = {
-    "pressure": length_given_pressure,
-    "length": pressure_given_length,
-}
-
-
-def _ask(subject: Rod | Scene, given: str, value: float, **options: Any) -> Equilibrium:
-    """Answer about a rod, or about a scene; the paper's scene is its rod."""
-    if isinstance(subject, Rod):
-        return ask_rod(subject, given, value, **options)
-    from ..model.scene import Scene
-    from .scenes import ask_scene, plain_law, refuse_options
-
-    if not isinstance(subject, Scene):
-        return ask_rod(subject, given, value, **options)
-
-    def ask() -> Equilibrium:
-        if not subject.is_plain:
-            return ask_scene(subject, given, value, **options)
-        refuse_options(law=options["law"])
-        return ask_rod(subject.rod, given, value, **{**options, "law": plain_law(subject), "throw": True})
-
-    return _guarded(ask, subject.rod, about_a_rod(given).asked.attribute, options["tol"], options["throw"])
 
 
 def equilibrium(
@@ -216,8 +192,8 @@ def equilibrium(
     return _guarded(ask, None, "alpha1", tol, throw)
 
 
-def ask_rod(
-    rod: Rod,
+def ask_about(
+    subject: Rod | Scene,
     given: str,
     value: float,
     *,
@@ -228,13 +204,14 @@ def ask_rod(
     tol: float = 1e-8,
     throw: bool = True,
 ) -> Equilibrium:
-    """Answer what a number asks for that is given of a rod, one of `ASKS`.
+    """Answer what a number asks for that is given of a rod or of a scene, one of `ASKS`.
 
     Parameters
     ----------
-    rod : Rod
+    subject : Rod or Scene
+        The paper's scene is its rod.
     given : str
-        "length", "pressure" or another key of `ASKS`.
+        "length", "pressure" or, of a rod, another key of `ASKS`.
     value : float
         In the rod's units.
     law, state, near, method, tol, throw
@@ -244,22 +221,37 @@ def ask_rod(
     -------
     Equilibrium
     """
+    asked = about_a_rod(given).asked
 
     def ask() -> Equilibrium:
-        question = Question.of_rod(rod, given, value, law=law, state=state, near=near)
+        rod: Any = subject
+        bond = law
+        if not isinstance(subject, Rod):  # for which nothing of scenes is loaded
+            from ..model.scene import Scene
+            from .scenes import plain_law, refuse_options, solve
+
+            if isinstance(subject, Scene):
+                refuse_options(law=law)
+                if not subject.is_plain:
+                    beside: Any = getattr(near, asked.name) if isinstance(near, Equilibrium) else near
+                    options: dict[str, Any] = {given: value, "state": state, "near": beside}
+                    return solve(subject, free=asked.name, method=method, tol=tol, **options)
+                rod, bond = subject.rod, plain_law(subject)
+        question = Question.of_rod(rod, given, value, law=bond, state=state, near=near)
         return solve_question(question, method, tol)
 
-    return _guarded(ask, rod, about_a_rod(given).asked.attribute, tol, throw)
+    return _guarded(ask, subject, asked.attribute, tol, throw)
 
 
 def _guarded(
-    ask: Callable[[], Equilibrium], rod: Rod | None, asked: str, tol: float, throw: bool
+    ask: Callable[[], Equilibrium], subject: object, asked: str, tol: float, throw: bool
 ) -> Equilibrium:
     try:
         return ask()
     except PeelOptError as error:
         if throw:
             raise
+        rod: Any = getattr(subject, "rod", subject)
         return Equilibrium.nothing(rod, asked, tol, error.status, str(error))
 
 

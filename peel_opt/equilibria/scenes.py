@@ -175,46 +175,6 @@ def require_certified(question: SceneQuestion, found: Equilibrium) -> Equilibriu
     )
 
 
-def ask_scene(
-    scene: Scene,
-    given: str,
-    value: float,
-    *,
-    law: object = "auto",
-    state: str | None = None,
-    near: float | Equilibrium | None = None,
-    method: str | Method | Transcription = "auto",
-    tol: float = 1e-8,
-    throw: bool = True,
-) -> Equilibrium:
-    """Answer for a scene what is asked of a rod: the length at a pressure, or the pressure at a length.
-
-    Parameters
-    ----------
-    scene : Scene
-    given : {"pressure", "length"}
-    value : float
-        In the units of the rod.
-    law, state, near, method, tol, throw
-        As in `pressure_given_length`; ``law`` is left at "auto".
-
-    Returns
-    -------
-    Equilibrium
-
-    Raises
-    ------
-    InvalidInput
-        If ``law`` is given, too.
-    """
-    refuse_options(law=law)
-    (free,) = COMMON.keys() - {given}
-    beside = getattr(near, free) if isinstance(near, Equilibrium) else near
-    return solve(
-        scene, free=free, state=state, near=beside, method=method, tol=tol, throw=throw, **{given: value}
-    )
-
-
 def refuse_options(*, law: object) -> None:
     """Raise where a question about a scene names a law, which the scene has."""
     if law != "auto":

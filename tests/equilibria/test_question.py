@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import peel_opt as po
-from peel_opt.equilibria.ask import ask_rod
+from peel_opt.equilibria.ask import ask_about
 from peel_opt.equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure, Question, answering
 from peel_opt.model.dimension import FORCE
 from peel_opt.residual.closures import EQUATIONS, READINGS
@@ -52,7 +52,7 @@ def test_what_is_no_question_about_a_rod_is_said() -> None:
     with pytest.raises(
         po.InvalidInput, match=r"'lam' given of a rod is no question\. Give pressure or length"
     ):
-        ask_rod(FLAP, "lam", 1.0)
+        ask_about(FLAP, "lam", 1.0)
 
 
 def test_near_an_equilibrium_is_near_what_it_has_of_the_number_asked_for() -> None:
@@ -63,23 +63,23 @@ def test_near_an_equilibrium_is_near_what_it_has_of_the_number_asked_for() -> No
 
 
 def test_a_question_that_is_added_is_answered_like_the_others(force: Measure) -> None:
-    eq = ask_rod(FLAP, "force", 100.0)
+    eq = ask_about(FLAP, "force", 100.0)
     assert eq.certified
     assert eq.state == "lower"
     assert eq.pressure * eq.length == pytest.approx(100.0, rel=1e-12)
     # The same state the other way round.
     assert po.length_given_pressure(FLAP, eq.pressure).length == pytest.approx(eq.length, rel=1e-9)
     with pytest.raises(po.NoEquilibrium, match=r"force = .* N/m") as caught:
-        ask_rod(FLAP, "force", 500.0)
+        ask_about(FLAP, "force", 500.0)
     # T holds the largest force of the unfolded states.
     assert caught.value.nearest == pytest.approx(FLAP.adhesion_strength * FLAP.critical_length, rel=1e-9)
 
 
 def test_its_sensitivities_are_those_of_differences(force: Measure) -> None:
     def length(F: float = 100.0, T0: float = 140e3) -> float:
-        return ask_rod(po.Rod(FLAP.bending_stiffness, T0, FLAP.adhesion_range), "force", F).length
+        return ask_about(po.Rod(FLAP.bending_stiffness, T0, FLAP.adhesion_range), "force", F).length
 
-    found = po.sensitivities(ask_rod(FLAP, "force", 100.0))
+    found = po.sensitivities(ask_about(FLAP, "force", 100.0))
     h = 1e-4
     by_force = (length(100.0 * (1 + h)) - length(100.0 * (1 - h))) / (200.0 * h)
     by_strength = (length(T0=140e3 * (1 + h)) - length(T0=140e3 * (1 - h))) / (280e3 * h)
@@ -89,7 +89,7 @@ def test_its_sensitivities_are_those_of_differences(force: Measure) -> None:
 
 
 def test_its_answer_is_read_back_from_a_file_without_the_question(force: Measure, tmp_path: Path) -> None:
-    eq = ask_rod(FLAP, "force", 100.0)
+    eq = ask_about(FLAP, "force", 100.0)
     eq.to_csv(tmp_path / "held.csv")
     again = po.Equilibrium.load(tmp_path / "held.csv")
     assert again.given["force"] == 100.0

@@ -209,12 +209,12 @@ def test_what_cannot_be_meant_is_refused_at_once(axes: Any, named: dict[str, Any
 def test_a_point_that_trips_the_programme_costs_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     from peel_opt.studies.sweep import answers as sweep_answers
 
-    def trips(rod: po.Rod, value: float, **options: Any) -> po.Equilibrium:
-        if value == 0.6:
+    def trips(rod: po.Rod, given: str, value: float, **options: Any) -> po.Equilibrium:
+        if (given, value) == ("pressure", 0.6):
             raise ZeroDivisionError("an accident")
         return po.length_given_pressure(rod, value, **options)
 
-    monkeypatch.setitem(sweep_answers.CALLS, "pressure", trips)
+    monkeypatch.setattr(sweep_answers, "ask_about", trips)
     found = po.sweep({"ratio": 1.0, "pressure_ratio": [0.5, 0.6, 0.7]}, method="spectral")
     assert found["status"].tolist() == ["certified", "crashed", "certified"]
     assert found["message"][1] == "ZeroDivisionError: an accident"

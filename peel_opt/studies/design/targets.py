@@ -14,7 +14,7 @@ from ...analysis.sensitivities import sensitivities
 from ...base.checks import parse
 from ...base.errors import InvalidInput, NoEquilibrium
 from ...base.units import LENGTH, PRESSURE, Kind, display
-from ...equilibria.ask import ask_rod
+from ...equilibria.ask import ask_about
 from ...equilibria.question import ASKS
 from ...equilibria.result import Equilibrium
 from ...model.bond import CohesiveLaw
@@ -183,7 +183,7 @@ class Target:
         return Achieved(getattr(eq, asked.name), asked.from_ratio(rod, eq.error), eq.state)
 
     def _equilibrium(self, rod: Rod, law: str | CohesiveLaw) -> Equilibrium:
-        return ask_rod(rod, QUANTITIES[self.quantity][1], self.given, law=law)
+        return ask_about(rod, QUANTITIES[self.quantity][1], self.given, law=law)
 
 
 def _maxwell(rod: Rod) -> float:

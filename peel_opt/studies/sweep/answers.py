@@ -25,7 +25,7 @@ from ...base.threads import one_thread
 from ...continuation.primary import forget_branches
 from ...continuation.scene_family import forget_scenes
 from ...equilibria.answers import found_together
-from ...equilibria.ask import CALLS, equilibrium
+from ...equilibria.ask import ask_about, equilibrium
 from ...equilibria.question import ASKS, RATIO, known_law
 from ...equilibria.result import Equilibrium
 from ...equilibria.unfolded import Many
@@ -168,7 +168,7 @@ def ask(point: dict[str, float], base: Rod | Scene | None, options: dict[str, An
         subject = renumbered(base, {own: at for own, at in point.items() if own in base.numbers}, rod)
     else:
         subject = rod = _rod(point, base)
-    call = partial(CALLS[given.name], subject)
+    call = partial(ask_about, subject, given.name)
     if name == given.name:
         return call(value, **options)
     absolute = given.from_ratio(rod, value)

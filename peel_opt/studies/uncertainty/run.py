@@ -15,7 +15,7 @@ from ...analysis.sensitivities import sensitivities
 from ...base.checks import finite, flag, positive
 from ...base.errors import AtFold, InvalidInput, PeelOptError
 from ...base.progress import Progress
-from ...equilibria.ask import CALLS
+from ...equilibria.ask import ask_about
 from ...equilibria.methods import Method
 from ...equilibria.question import ASKS
 from ...model.bond import CohesiveLaw
@@ -290,7 +290,7 @@ def _nominal(
         found = sensitivities(subject, name)
         return found.value, found.derivatives
     ((known, value),) = given.items()
-    eq = CALLS[known](subject, value, **options.keywords())
+    eq = ask_about(subject, known, value, **options.keywords())
     try:
         return getattr(eq, name), sensitivities(eq).derivatives
     except AtFold:
