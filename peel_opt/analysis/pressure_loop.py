@@ -222,17 +222,22 @@ def _turn(branch: Branch) -> SpecialPoint:
 
 
 def folded_area(branch: Branch, turn: int) -> tuple[float, float]:
-    """Integral of sbar/eta over p/T0 along the folded states, by splines in the tip angle, and its error.
-
-    The branch has kinks where the height grazes y0, which no spline follows: the error is what a lower
-    degree changes, or half as many points, whichever is more, and what the states are off by.
-    """
+    """Integral of sbar/eta over p/T0 along the folded states, by splines in the tip angle, and its error."""
     s, P, sigma = (column[turn:] for column in (branch.A, branch.pressure_ratio, branch.sigma))
+    area, error = area_along(s, P, sigma)
+    return area, error + float(branch.error[turn:].max()) * float(np.abs(np.diff(sigma)).sum())
+
+
+def area_along(s: np.ndarray, P: np.ndarray, sigma: np.ndarray) -> tuple[float, float]:
+    """Integral of sigma dP along a curve by splines in a parameter ``s``, and its error.
+
+    Branches have kinks where the height grazes y0, which no spline follows: the error is what a lower
+    degree changes, or half as many points, whichever is more.
+    """
     half = np.unique([*range(0, len(s), 2), len(s) - 1])
     area = _spline_area(s, P, sigma, 5)
     cruder = _spline_area(s, P, sigma, 3), _spline_area(s[half], P[half], sigma[half], 5)
-    states = float(branch.error[turn:].max()) * float(np.abs(np.diff(sigma)).sum())
-    return area, max(abs(area - other) for other in cruder) + states
+    return area, max(abs(area - other) for other in cruder)
 
 
 def _spline_area(s: np.ndarray, P: np.ndarray, sigma: np.ndarray, degree: int) -> float:

@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from ..base.errors import InvalidInput, NoEquilibrium
-from ..base.quadrature import Grid
 from ..continuation.scene_family import SceneBranch
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_trace import SceneTrace, trace_scene
@@ -22,7 +20,7 @@ from ..model.rod import require_rod
 from ..model.scene import Scene
 from ..model.tips import TipLoad
 from .loops import Direction
-from .pressure_loop import PressureJump, PressureLoop, PressureSweep
+from .pressure_loop import PressureJump, PressureLoop, PressureSweep, area_along
 
 #: Points of the branch of a loop.
 POINTS = 160
@@ -77,7 +75,9 @@ def loop_of_scene(scene: Scene, branch: SceneTrace, points: int) -> PressureLoop
     low, peeled = float(P[least]), float(P[snap]) if snap else _at_transition(branch)
     folded = _folded(branch, least, peeled)
     end = int(folded[-1])
-    top = _touching(branch, end) if end == len(P) - 1 else _of(_solved(scene, branch, peeled, end))
+    # A branch may end just there, with the tip coming down.
+    down = end == len(P) - 1
+    top = _rows(branch, np.array([end])) if down else _of(_solved(scene, branch, peeled, end))
     far = rod.length_ratio(float(top.length[0]))
     area, error = _area(np.append(P[folded], peeled), np.append(branch.sigma[folded], far), low)
     T0, eta, before, back = rod.adhesion_strength, rod.eta, 0.0, 0.0
@@ -156,11 +156,6 @@ def _comes_down(branch: SceneTrace, peeled: float) -> bool:
     return bool(down and abs(branch.pressure_ratio[-1] - peeled) < DOWN)
 
 
-def _touching(branch: SceneTrace, row: int) -> PressureSweep:
-    """Return the last state of a branch that ends at the pressure at which the rod peels."""
-    return _rows(branch, np.array([row]))
-
-
 def _at_transition(branch: SceneTrace) -> float:
     """p/T0 of the attached rod, as the tip angle vanishes.
 
@@ -226,19 +221,8 @@ def _jump(
 def _area(P: np.ndarray, sigma: np.ndarray, fold: float) -> tuple[float, float]:
     """Integral of sbar/eta over p/T0 along states that end at a fold, and its error.
 
-    In the root of the distance from the fold the lengths are smooth but for kinks, which no spline
-    follows: the error is what a lower degree changes, or half as many points.
+    In the root of the distance from the fold the lengths are smooth.
     """
     u = np.sqrt(np.abs(P - fold))
     order = np.argsort(u)
-    u, sigma = u[order], sigma[order]
-    half = np.unique([*range(0, len(u), 2), len(u) - 1])
-    area = _spline_area(u, sigma, 5)
-    cruder = _spline_area(u, sigma, 3), _spline_area(u[half], sigma[half], 5)
-    return area, max(abs(area - other) for other in cruder)
-
-
-def _spline_area(u: np.ndarray, sigma: np.ndarray, degree: int) -> float:
-    spline, cell = make_interp_spline(u, sigma, k=degree), Grid.gauss(6)
-    at = u[:-1, None] + np.diff(u)[:, None] * cell.xi
-    return float(((spline(at) * 2.0 * at) @ cell.weights) @ np.diff(u))
+    return area_along(u[order], u[order] ** 2, sigma[order])

@@ -414,15 +414,15 @@ def _walk(
             return points[:-1], "touched"
         if s.A * np.abs(point.profile.values[:, :, 0]).max() > ROLLED or len(points) > LONGEST:
             return points, "limit" if len(points) > LONGEST else "rolled up"
-    return points, "contact" if _beside_contact(points[-1]) else "stalled"
+    return points, "contact" if beside_contact(points[-1], DOWN) else "stalled"
 
 
-def _beside_contact(point: Point) -> bool:
-    """Whether the tip of a folded rod is all but down.
+def beside_contact(point: Point, within: float) -> bool:
+    """Whether the tip of a folded rod is all but down, to a share of the largest gap.
 
     There the branch crosses that of the rods whose tip touches, and no step may go over a crossing.
     """
-    return math.pi < point.scalars.A and relative_height(point) < DOWN
+    return math.pi < point.scalars.A and relative_height(point) < within
 
 
 def _touched(points: list[Point]) -> bool:

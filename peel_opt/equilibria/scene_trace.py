@@ -12,7 +12,7 @@ import numpy as np
 from ..base.errors import InvalidInput, NotConverged
 from ..continuation.fill import filled, point_errors
 from ..continuation.points import Point
-from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch, relative_height
+from ..continuation.scene_family import SceneBranch, SceneFamily, beside_contact, entered_branch
 from ..continuation.special import EVENTS, locate
 from ..model.scene import Scene
 from ..residual.closures import Closure
@@ -147,14 +147,10 @@ def _far(walked: SceneBranch) -> float:
 
 def _filled(walked: SceneBranch, points: int, last: float) -> list[Point]:
     """Return the points of a branch with others between them."""
-    seen = [p for p in walked.points if p.scalars.A >= LEAST and p.arclength <= last and not _down(p)]
+    known = (p for p in walked.points if p.scalars.A >= LEAST and p.arclength <= last)
+    seen = [p for p in known if not beside_contact(p, NEAREST)]
     span = seen[-1].arclength - seen[0].arclength
     return filled(walked.family, seen, span / (points - 1))
-
-
-def _down(point: Point) -> bool:
-    """Whether the tip of a folded rod is all but on its wall."""
-    return math.pi < point.scalars.A and relative_height(point) < NEAREST
 
 
 def _assembled(

@@ -118,6 +118,11 @@ def product(a: Any, b: Any) -> Any:
     return ca.mtimes(a, b, *BLAS)
 
 
+def scaled(factors: Any, matrix: Any) -> Any:
+    """Return the matrix with each row times a factor."""
+    return ca.repmat(factors, 1, matrix.shape[1]) * matrix
+
+
 class Compilable(Protocol):
     """A problem that is compiled when asked for."""
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..model.bond import Piece
 from ..model.equations import SCALARS, Scalars, bending, identity, sin_over, symbolic, vertical_load
-from .compiled import product
+from .compiled import product, scaled
 from .discretisation import Phases, switch_equations
 
 
@@ -45,15 +45,15 @@ class Integration:
 
     def rate(self, values: Any, change: Any) -> Any:
         """Gradient of the integral of a field, given its gradient at the nodes."""
-        inside = _scaled(self.h, change)
+        inside = scaled(self.h, change)
         if np.any(self.dh):
-            inside = inside + _scaled(values, self.dh)
+            inside = inside + scaled(values, self.dh)
         return product(self.matrix, inside)
 
     def rate_of_unknowns(self, values: Any) -> Any:
         """Gradient of the integral of the field that is itself the first unknowns."""
         columns = self.matrix * ca.repmat(self.h, 1, self.matrix.shape[0]).T
-        others = ca.mtimes(self.matrix, _scaled(values, self.dh[:, self.nodes :]))
+        others = ca.mtimes(self.matrix, scaled(values, self.dh[:, self.nodes :]))
         return ca.horzcat(columns, ca.densify(others))
 
 
@@ -158,35 +158,30 @@ class SpectralFields:
 
         def through(by_Theta: ca.MX, by_tail: ca.MX) -> ca.MX:
             if self._begin is None:  # Theta does not depend on the scalars
-                return ca.horzcat(_scaled(by_Theta, dTheta[:n, :others]), by_tail)
-            return _scaled(by_Theta, dTheta[:n, :]) + _padded(by_tail, others)
+                return ca.horzcat(scaled(by_Theta, dTheta[:n, :others]), by_tail)
+            return scaled(by_Theta, dTheta[:n, :]) + _padded(by_tail, others)
 
         by_Theta, by_tail = self.slope.rates
         drise = begun(2, integral.rate(self.slope.values, through(by_Theta, by_tail)))
         dY = drise - ca.repmat(drise[-1, :], drise.size1(), 1)
 
         by_Theta, by_Y, by_tail = self.load.rates
-        dload = _scaled(by_Y, dY[:n, :]) + through(by_Theta, by_tail)
+        dload = scaled(by_Y, dY[:n, :]) + through(by_Theta, by_tail)
         dny = begun(3, integral.rate(self.load.values, dload))[:n, :]
 
         by_Theta, by_rise, by_ny, by_tail = self.bend.rates
-        dbend = _scaled(by_rise, drise[:n, :]) + _scaled(by_ny, dny)
+        dbend = scaled(by_rise, drise[:n, :]) + scaled(by_ny, dny)
         dbend += through(by_Theta, by_tail)
         edge = dTheta[-1, :]
         if self.free:
             by_Y, by_tail = self.identity.rates
-            edge = _scaled(by_Y, -drise[-1, :]) + _padded(by_tail, others)
+            edge = scaled(by_Y, -drise[-1, :]) + _padded(by_tail, others)
         rows = [ca.densify(ca.DM(np.eye(n, width))) - dbend, dK[-1, :], edge]
         if self.switches:
             by_Y, by_tail = self.heights.rates
             inner = dY[n:-1, :] if self._begin is None else ca.vertcat(began[2] - drise[-1, :], dY[n:-1, :])
-            rows.append(_scaled(by_Y, inner) + _padded(by_tail, others))
+            rows.append(scaled(by_Y, inner) + _padded(by_tail, others))
         return ca.vertcat(*rows)
-
-
-def _scaled(factors: Any, matrix: Any) -> Any:
-    """Return the matrix with each row times a factor."""
-    return ca.repmat(factors, 1, matrix.shape[1]) * matrix
 
 
 def _padded(by_tail: Any, others: int) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .compiled import product
+from .compiled import product, scaled
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +46,6 @@ class Traced:
         count = self.values.shape[0] // factor.values.shape[0]
         scale, rate = ca.repmat(factor.values, count, 1), ca.repmat(factor.gradient, count, 1)
         return Traced(self.values * scale, scaled(scale, self.gradient) + scaled(self.values, rate))
-
-
-def scaled(factors: Any, matrix: Any) -> Any:
-    """Return the matrix with each row times a factor."""
-    return ca.repmat(factors, 1, matrix.shape[1]) * matrix
 
 
 def stacked(parts: Sequence[Traced]) -> Traced:
