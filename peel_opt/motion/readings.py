@@ -79,11 +79,11 @@ def lying(at: Moment) -> np.ndarray:
 
 
 def at_rest_in(chain: Chain, at: Moment) -> str:
-    """Say in what state a rod has come to rest."""
-    down = tail(at)
-    if down > 1:
+    """Say in what state a rod has come to rest: a point that touches lies in a node, or between two."""
+    down = lying(at)
+    if len(down) > (1 if at.y[0] == 0.0 else 2):
         return "flat fold"
-    if down == 1:
+    if len(down):
         return "touching"
     if at.u[0, THETA] < FOLDED:
         return "folded"

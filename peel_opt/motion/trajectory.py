@@ -35,7 +35,7 @@ BONDS = ("reversible", "damage", "no_rebond")
 OUTCOMES = {
     "folded": "the rod comes to rest in its folded equilibrium",
     "standing": "the rod comes to rest in a stable equilibrium that is not folded: lifted, or held upright",
-    "touching": "the rod comes to rest with its tip just touching the plate",
+    "touching": "the rod comes to rest with its tip, or a point behind it, just touching the plate",
     "flapping": "the tip goes up and down over and over, as a rule down to the plate",
     "flat fold": "the rod comes to rest in a loop with the rest of it lying upside down on the plate",
     "closes": "the start was below the unstable state: the rod lies down and heals",

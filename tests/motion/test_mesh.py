@@ -11,10 +11,11 @@ import pytest
 import peel_opt as po
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.motion.acting import loads_on
-from peel_opt.motion.chain import THETA, Chain
+from peel_opt.motion.chain import THETA, UNKNOWNS, Chain
 from peel_opt.motion.memory import Memory
 from peel_opt.motion.mesh import carried, chain_of, run_on_mesh
 from peel_opt.motion.moments import Moment, begun, step
+from peel_opt.motion.readings import at_rest_in
 from peel_opt.motion.run import Posture, Setting, Until
 from peel_opt.motion.tracking import track as track_front
 
@@ -377,3 +378,21 @@ def test_scenes_move_as_by_front_tracking(name):
         for part in ("bending", "separation", "work", "drag"):
             ends = [getattr(run.energy, part)[-1] for run in (track, exact)]
             assert ends[0] == pytest.approx(ends[1], abs=6e-3 * scale)
+
+
+def lies(*heights):
+    """A rod at rest, folded over, with nodes at these heights and an open one behind."""
+    y, n = np.array([*heights, 1.0, 0.0]), len(heights) + 2
+    u, r = np.zeros((n, UNKNOWNS)), np.zeros((2, n))
+    u[:, THETA] = np.linspace(-np.pi, 0.0, n)
+    return Moment(0.0, u, y, r, r, r, y, np.inf, r, r, u)
+
+
+def test_a_rod_at_rest_on_the_plate_may_touch_it_behind_its_tip():
+    chain = Chain(0.1, Memory(COHESIVE, 1.0), 0.0, 1.0)
+    assert at_rest_in(chain, lies(0.3)) == "folded"
+    assert at_rest_in(chain, lies(0.0, 0.1)) == "touching"
+    assert at_rest_in(chain, lies(0.1, 0.0, 0.1)) == "touching"
+    assert at_rest_in(chain, lies(0.1, 0.0, 0.0, 0.1)) == "touching"
+    assert at_rest_in(chain, lies(0.0, 0.0, 0.1)) == "flat fold"
+    assert at_rest_in(chain, lies(0.1, 0.0, 0.0, 0.0, 0.1)) == "flat fold"
