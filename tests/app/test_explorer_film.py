@@ -93,13 +93,14 @@ def test_an_edge_without_glue_plays_across_the_diagram_of_its_scene() -> None:
     page = Page(Document(), state.staged("flaw").changed(label="middle"), submit=at_once)
     pump(page)
     eq = page.screen.equilibrium
+    assert page.screen.curve is not None
     film = film_of(page.state, eq, silent)
     assert film.motion.scene == page.state.rods_scene is not None
     page.player._submit = lambda _work: at_once(lambda: film)  # type: ignore[arg-type, return-value]
     page.player.begin(page.state, page.screen)
     pump(page)
     begins = page.panels.diagram.here.data
-    assert (begins["x"][0], begins["y"][0]) == pytest.approx((eq.length, 0.3), abs=0.02)  # type: ignore[union-attr]
+    assert (begins["x"][0], begins["y"][0]) == pytest.approx((eq.length, 0.3), abs=0.05)  # type: ignore[union-attr]
     assert "unbonded = 0.5" in page.panels.headline.text
     # A lifted edge stays.
     lifted = po.solve(film.motion.scene, free="length", pressure=0.3)
