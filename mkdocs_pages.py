@@ -35,6 +35,7 @@ PICTURES = {
     "scene_pictures": "scene_walls",
     "snap": "snap_aortic_flap",
     "stability_map": "stability_map",
+    "tear_in_time": "tear_in_time",
 }
 
 #: The rooms of the public names, in words.

@@ -138,8 +138,9 @@ def plot_equilibria(
     for name, here in {"unfolded": others, **stable}.items():
         if here.any():
             dashes = (0, (5.0, 2.0)) if here is others else "-"
+            drawn = here | np.append(False, here[:-1])  # up to the next kind
             colour = style.RANGE if name == "lifted" else style.ADHESION
-            ax.plot(np.where(here, x, np.nan), y, color=colour, linestyle=dashes, label=name)
+            ax.plot(np.where(drawn, x, np.nan), y, color=colour, linestyle=dashes, label=name)
 
 
 def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes:

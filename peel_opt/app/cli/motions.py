@@ -37,7 +37,10 @@ def _snap(arguments: argparse.Namespace) -> int:
         arguments.card = arguments.subject
     if arguments.film and arguments.out is None:
         raise InvalidInput("a film goes under --out DIR.")
+    from ...motion.acting import loads_on
+
     rod = subject_from(arguments)
+    loads_on(rod)  # what is not computed of a scene is said first
     options = _options(arguments, rod)
 
     from ...motion.snap import snap
