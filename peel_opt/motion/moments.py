@@ -201,11 +201,14 @@ def _guessed(at: Moment, ratio: float) -> np.ndarray:
 
 
 def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
-    """Return the moment at which a run begins with its rates: what a rod without mass does not remember."""
+    """Return the moment at which a run begins with its forces and rates, which a shape does not say."""
     after = step(chain, at, SHORTEST, pressure)
     if after is None:
         return at
-    at = replace(at, front=after.front, front_before=after.front)
+    u = np.concatenate([at.u[:, :NX], after.u[:, NX:]], axis=1)
+    stuck = (at.u[:, Z] < 0.0) & (after.u[:, Z] < 0.0)
+    u[stuck, Z] = after.u[stuck, Z]
+    at = replace(at, u=u, u_before=u, front=after.front, front_before=after.front)
     return replace(at, a=after.a) if chain.mass else replace(at, v=after.v)
 
 
