@@ -173,9 +173,10 @@ def _require_held(chain: Chain, at: Moment, pressure: float, front: float) -> No
 def _stuck(kept: Recorder, at: Moment, until: Until) -> bool:
     """Whether it is the mesh that holds a tip down: it is at rest, or has lain there for long alone.
 
-    Nothing does where the end of the rod was never glued.
+    It is not the bond that does where there is none, nor where the plate presses by more than it pulls.
     """
-    if tail(at) != 1 or not kept.chain.glued(1)[0]:
+    chain = kept.chain
+    if tail(at) != 1 or not chain.glued(1)[0] or chain.pressed(at.u)[0] > chain.memory.pull(at.y[:1])[0][0]:
         return False
     return kept.at_rest(at) if until.arrest else kept.lain(at)
 

@@ -396,3 +396,11 @@ def test_a_rod_at_rest_on_the_plate_may_touch_it_behind_its_tip():
     assert at_rest_in(chain, lies(0.1, 0.0, 0.0, 0.1)) == "touching"
     assert at_rest_in(chain, lies(0.0, 0.0, 0.1)) == "flat fold"
     assert at_rest_in(chain, lies(0.1, 0.0, 0.0, 0.0, 0.1)) == "flat fold"
+
+
+def test_a_tip_that_its_own_curvature_presses_down_is_not_lifted():
+    # At rest C |sin theta| = theta'(0)^2 / 2, by the identity: the plate pushes, and no bond holds.
+    curled = po.Scene(po.Rod.from_ratio(1.0), natural_curvature=0.3)
+    track = run_scene(curled, 0.8)
+    assert track.outcome == "touching"
+    assert {event.kind for event in track.events} == {"start", "angle", "contact", "arrest"}
