@@ -121,10 +121,10 @@ from .motion.rates import critical_drag as critical_drag
 from .motion.rates import growth_rate as growth_rate
 from .motion.snap import snap as snap
 from .motion.trajectory import Snap as Snap
+from .residual.collocation import Collocation as Collocation
 from .residual.programme import Ipopt as Ipopt
-from .residual.transcriptions import Collocation as Collocation
-from .residual.transcriptions import Shooting as Shooting
-from .residual.transcriptions import Spectral as Spectral
+from .residual.shooting import Shooting as Shooting
+from .residual.spectral import Spectral as Spectral
 from .studies.calibrate.data import MeasuredShape as MeasuredShape
 from .studies.calibrate.data import Measurements as Measurements
 from .studies.calibrate.fit import calibrate as calibrate

@@ -29,7 +29,7 @@ from ..residual.linear import Linearised
 from ..residual.linear import gradient as by_scalars
 from ..residual.newton import correct
 from ..residual.shape import Solution
-from ..residual.transcriptions import Spectral
+from ..residual.spectral import Spectral
 
 #: Relative difference of two gradients, one mesh apart, at which refinement stops.
 AGREED = 1e-11

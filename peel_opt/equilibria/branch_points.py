@@ -17,9 +17,11 @@ from ..model.law_samples import agree
 from ..model.named_laws import law_named
 from ..model.scene import Scene
 from ..residual.closures import chart
+from ..residual.collocation import Collocation
 from ..residual.discretisation import Discretisation, Transcription, held
 from ..residual.linear import Linearised, gradient
-from ..residual.transcriptions import Collocation, Shooting, Spectral
+from ..residual.shooting import Shooting
+from ..residual.spectral import Spectral
 from .branch_parts import FIRST
 from .methods import Answer, certify
 from .question import Question

@@ -22,7 +22,7 @@ from ..model.hierarchy import NODES
 from ..model.series_curve import SeriesCurve, curve
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
-from ..residual.transcriptions import Spectral
+from ..residual.spectral import Spectral
 from .question import Question
 from .result import Stats
 

@@ -12,7 +12,7 @@ from ..model.bond import LINEAR
 from ..residual import programme
 from ..residual.closures import Closure
 from ..residual.discretisation import Transcription, require_transcription
-from ..residual.transcriptions import Shooting
+from ..residual.shooting import Shooting
 
 #: The last beta0 at which the branch through T has a fold, where the fold curve turns.
 LAST_FOLD = 37.546

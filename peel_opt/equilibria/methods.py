@@ -38,14 +38,15 @@ from ..residual.accuracy import (
     response,
 )
 from ..residual.closures import Closing
+from ..residual.collocation import Collocation
 from ..residual.discretisation import Discretisation, Phases, Profile, Transcription
 from ..residual.linear import Linearised
 from ..residual.newton import Correction, SolvedState, correct, correct_sharply, sharper, usual
 from ..residual.phases import holds_its_tip, layout
 from ..residual.programme import Ipopt
 from ..residual.shape import Solution
-from ..residual.spectral import SpectralDiscretisation
-from ..residual.transcriptions import Collocation, Shooting, Spectral
+from ..residual.shooting import Shooting
+from ..residual.spectral import Spectral, SpectralDiscretisation
 from .closed_form import closed_form
 from .question import Question
 from .result import Equilibrium, Stats, verdict

@@ -12,9 +12,12 @@ from ..continuation.scene_family import SceneFamily
 from ..model.dimension import LENGTH, TRACTION, Dimension
 from ..model.scene import Scene
 from ..residual.closures import Closure
+from ..residual.collocation import Collocation
+from ..residual.discretisation import Transcription
 from ..residual.scene_intervals import SceneIntervals
 from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral, SceneTranscription
-from ..residual.transcriptions import Collocation, Shooting, Spectral, Transcription
+from ..residual.shooting import Shooting
+from ..residual.spectral import Spectral
 
 #: What every scene has.
 COMMON = {"pressure": TRACTION, "length": LENGTH}

@@ -32,6 +32,7 @@ from ..model.tips import Middle, TipLoad
 from ..residual import programme
 from ..residual.accuracy import HEIGHT_NOISE, response_to
 from ..residual.closures import READINGS, Closure
+from ..residual.discretisation import Transcription
 from ..residual.linear import Linearised
 from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
@@ -44,7 +45,6 @@ from ..residual.scene_spectral import (
     SceneSolution,
     SceneTranscription,
 )
-from ..residual.transcriptions import Transcription
 from .methods import METHODS, Method, as_method
 from .result import Equilibrium, Stats, verdict
 from .scene_question import COMMON, SceneQuestion, posed

@@ -19,8 +19,9 @@ from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.named_laws import exponential, trapezoidal
 from peel_opt.residual.closures import Closure, Plane
+from peel_opt.residual.discretisation import Transcription
 from peel_opt.residual.linear import Linearised
-from peel_opt.residual.transcriptions import Spectral, Transcription
+from peel_opt.residual.spectral import Spectral
 
 from .. import oracle
 

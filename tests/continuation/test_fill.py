@@ -19,7 +19,8 @@ from peel_opt.model.named_laws import exponential
 from peel_opt.residual.closures import Closure, Plane, chart
 from peel_opt.residual.discretisation import Phases, Profile
 from peel_opt.residual.phases import fits
-from peel_opt.residual.transcriptions import Shooting, Spectral
+from peel_opt.residual.shooting import Shooting
+from peel_opt.residual.spectral import Spectral
 
 
 def walk(family: Family, until: float, side: int = 1) -> list[Point]:

@@ -16,7 +16,7 @@ from peel_opt.continuation.scene_family import SceneBranch, SceneFamily, entered
 from peel_opt.model.bond import COHESIVE
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.scene_spectral import SceneSpectral
-from peel_opt.residual.transcriptions import Spectral
+from peel_opt.residual.spectral import Spectral
 
 
 def branch_of_scene(scene: po.Scene) -> SceneBranch:

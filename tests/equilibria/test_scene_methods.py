@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import peel_opt as po
-from peel_opt.residual.transcriptions import Collocation, Shooting, Transcription
+from peel_opt.residual.collocation import Collocation
+from peel_opt.residual.discretisation import Transcription
+from peel_opt.residual.shooting import Shooting
 
 ROD = po.Rod.from_ratio(1.0)
 

@@ -20,7 +20,8 @@ from peel_opt.continuation.points import Point
 from peel_opt.continuation.primary import PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.residual.closures import Closure, chart
-from peel_opt.residual.transcriptions import Shooting, Spectral
+from peel_opt.residual.shooting import Shooting
+from peel_opt.residual.spectral import Spectral
 
 from ..registry import REFERENCES, Reference
 

@@ -12,10 +12,12 @@ from peel_opt.continuation.primary import primary_branch
 from peel_opt.model.bond import COHESIVE, LINEAR, CohesiveLaw
 from peel_opt.model.named_laws import exponential
 from peel_opt.residual.closures import Closure
+from peel_opt.residual.collocation import Collocation
 from peel_opt.residual.mesh import QUANTUM
 from peel_opt.residual.newton import correct
 from peel_opt.residual.phases import layout
-from peel_opt.residual.transcriptions import Collocation, Shooting, Spectral
+from peel_opt.residual.shooting import Shooting
+from peel_opt.residual.spectral import Spectral
 
 from .test_transcriptions import ALPHA1, GROUPS, start
 

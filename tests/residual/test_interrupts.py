@@ -17,7 +17,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.residual import programme
-from peel_opt.residual.transcriptions import Shooting
+from peel_opt.residual.shooting import Shooting
 
 ROD = po.Rod.from_ratio(1.0)
 

@@ -12,11 +12,13 @@ from peel_opt.continuation.primary import Family, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.model.equations import SCALARS, Scalars
 from peel_opt.residual.closures import TERMS, Closure, Plane, chart, derivatives, miss
+from peel_opt.residual.collocation import Collocation
 from peel_opt.residual.discretisation import Discretisation
 from peel_opt.residual.linear import DenseFactors, Linearised, SparseFactors, gradient, rate
 from peel_opt.residual.meshes import PATH
 from peel_opt.residual.newton import correct
-from peel_opt.residual.transcriptions import Collocation, Shooting, Spectral
+from peel_opt.residual.shooting import Shooting
+from peel_opt.residual.spectral import Spectral
 
 MESHES = [Spectral(16), Shooting(40, "rk4"), Collocation(24)]
 GIVEN = (Closure("ratio", 1.0), Closure("pressure", 0.6))

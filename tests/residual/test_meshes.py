@@ -10,7 +10,7 @@ from peel_opt.continuation.primary import Family, PrimaryBranch
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.residual.closures import Closure
 from peel_opt.residual.meshes import AT_FOLDS, GROUPS, PATH
-from peel_opt.residual.transcriptions import Spectral
+from peel_opt.residual.spectral import Spectral
 
 
 def least_pressure(mesh: Spectral, ratio: float) -> float:

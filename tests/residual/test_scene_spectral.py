@@ -9,7 +9,7 @@ import pytest
 import peel_opt as po
 from peel_opt.model.stretch import Stretch
 from peel_opt.residual.scene_spectral import SceneSpectral
-from peel_opt.residual.transcriptions import Spectral
+from peel_opt.residual.spectral import Spectral
 
 from ..rods import FLAP
 

@@ -1,6 +1,6 @@
 """The discretisations: orders as theory says, profiles that carry over, the NLP by itself.
 
-Modules: `transcriptions`, `shooting`, `spectral`, `spectral_fields`, `discretisation`, `compiled`,
+Modules: `shooting`, `spectral`, `spectral_fields`, `discretisation`, `compiled`,
 `programme`.
 """
 
@@ -24,11 +24,13 @@ from peel_opt.model.equations import Scalars, kernel
 from peel_opt.model.named_laws import exponential
 from peel_opt.residual import compiled, programme
 from peel_opt.residual.closures import Closure
-from peel_opt.residual.discretisation import PROFILE_POINTS, Discretisation, chebyshev
+from peel_opt.residual.collocation import Collocation
+from peel_opt.residual.discretisation import PROFILE_POINTS, Discretisation, Profile, Transcription, chebyshev
 from peel_opt.residual.linear import closed_system
 from peel_opt.residual.meshes import PATH
 from peel_opt.residual.newton import correct, newton
-from peel_opt.residual.transcriptions import Collocation, Profile, Shooting, Spectral, Transcription
+from peel_opt.residual.shooting import Shooting
+from peel_opt.residual.spectral import Spectral
 
 GROUPS = (Closure("length", math.cbrt(4.0)), Closure("lam", 1.0))
 ALPHA1 = -4.43540698907106

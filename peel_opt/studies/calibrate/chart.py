@@ -21,7 +21,7 @@ from ...model.bond import Affine, CohesiveLaw
 from ...residual.closures import Closing, Closure, parameters
 from ...residual.discretisation import Discretisation, Profile
 from ...residual.linear import closed_system
-from ...residual.transcriptions import Spectral
+from ...residual.spectral import Spectral
 
 #: Largest A at which a state is looked for: the tips of all rods are on the plate before.
 HIGHEST = 4.2
