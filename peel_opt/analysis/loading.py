@@ -20,7 +20,6 @@ from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.discretisation import Profile
 from ..residual.meshes import SNAPS
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation
 from .unbonded import flawed, loaded, loading, snap_of
 
@@ -195,6 +194,6 @@ def _solved(scene: Scene, start: Profile, A: float) -> tuple[float, ...]:
         assert isinstance(problem, SceneDiscretisation)
         s, (tip, _, _) = problem.scalars(x), problem.ends(x)
         found.append(np.array([s.pressure_ratio, s.sigma, tip.y]))
-        missed = certificate_of(problem, x)
+        missed = problem.certificate(x)
     P, sigma, y = (float(v) for v in found[-1])
     return P, sigma, A, y, float(np.abs(found[-1] - found[0]).max()), missed

@@ -21,7 +21,6 @@ from ..model.rod import Rod
 from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.meshes import SNAPS
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneProfile, SceneSpectral
 from ..residual.spectral import Spectral
 from .unbonded import LARGEST, ROUNDING, TOUCHING, critical_flaw, safe_pressure
@@ -105,7 +104,7 @@ class NearbySnaps:
             if not family.suits(point.profile, point.problem) or point.scalars.A >= TOUCHING:
                 raise NotConverged("the edge that was found is another.")
             start = point.profile  # type: ignore[assignment]
-        missed = certificate_of(point.problem, point.x)  # type: ignore[arg-type]
+        missed = point.problem.certificate(point.x)  # type: ignore[attr-defined]
         error = abs(values[1] - values[0]) + ROUNDING
         if max(error, missed) > LARGEST:
             raise NotConverged(f"the error {error:.1e} or the certificate {missed:.1e} exceeds {LARGEST:g}.")

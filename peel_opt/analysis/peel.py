@@ -21,7 +21,6 @@ from ..model.scene import Scene
 from ..model.tips import TipLoad
 from ..residual.closures import Closure
 from ..residual.meshes import SNAPS
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
 from ..residual.spectral import Spectral
 from .unbonded import LARGEST, ROUNDING
@@ -239,7 +238,7 @@ def initiation_force(
     error = abs(ratio - coarse.loading(peak.point)) + ROUNDING
     problem, s = again.point.problem, again.point.scalars
     assert isinstance(problem, SceneDiscretisation)
-    missed = certificate_of(problem, again.point.x)
+    missed = problem.certificate(again.point.x)
     if max(error, missed) > LARGEST:
         raise NotConverged(
             f"the error {error:.1e} or the certificate {missed:.1e} of this peak exceeds {LARGEST:g}.",

@@ -26,7 +26,6 @@ from ..model.scene import Scene
 from ..residual.closures import Closure
 from ..residual.free_arc import curve
 from ..residual.meshes import SNAPS
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
 from ..residual.spectral import Spectral
 
@@ -281,7 +280,7 @@ def _limit(scene: Scene, found: list[Located], answers: list[float], flaw: float
     error = abs(answers[1] - answers[0]) + ROUNDING
     problem = found[-1].point.problem
     assert isinstance(problem, SceneDiscretisation)
-    missed = certificate_of(problem, found[-1].point.x)
+    missed = problem.certificate(found[-1].point.x)
     if max(error, missed) > LARGEST:
         raise NotConverged(
             f"the error {error:.1e} or the certificate {missed:.1e} of this snap exceeds {LARGEST:g}.",

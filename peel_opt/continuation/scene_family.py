@@ -19,7 +19,6 @@ from ..residual.closures import READINGS, Closing, Closure
 from ..residual.discretisation import Discretisation, Phases, Profile
 from ..residual.newton import Correction
 from ..residual.phases import Layout, fits, without_middle_phase
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_phases import material_breaks, scene_layout
 from ..residual.scene_spectral import SceneDiscretisation, SceneProfile, SceneSpectral
 from .family import Family, StepControl
@@ -159,7 +158,7 @@ class SceneFamily(Family):
     def certificate(self, point: Point) -> float:
         """How far a solution misses the identity of the scene, or its edge in an independent integration."""
         assert isinstance(point.problem, SceneDiscretisation)
-        return certificate_of(point.problem, point.x)
+        return point.problem.certificate(point.x)
 
     def certificates(self, points: Sequence[Point]) -> np.ndarray:
         """`certificate` of many points, one after the other."""

@@ -37,7 +37,6 @@ from ..residual.linear import Linearised
 from ..residual.meshes import SCENES
 from ..residual.newton import Correction, correct
 from ..residual.programme import Ipopt
-from ..residual.scene_certificate import certificate_of
 from ..residual.scene_phases import scene_layout
 from ..residual.scene_spectral import (
     SceneDiscretisation,
@@ -461,7 +460,7 @@ def answered(
             left = difference / (1.0 - 1.0 / gain) if gain > 1.0 else math.inf
         error = left + own.rounding
         problem, first, before = fine, second, difference
-        missed = certificate_of(kept, solved.x)
+        missed = kept.certificate(solved.x)
         done = error <= tol and missed <= tol
         ended = refinements == MOST_REFINEMENTS or difference <= own.rounding
         if done or ended or not method.adaptive:

@@ -17,6 +17,7 @@ from ..model.equations import Scalars
 from ..model.place import Place
 from ..model.scene import Scene
 from ..model.stretch import past_of
+from .defect import Tip, march
 from .discretisation import PROFILE_POINTS, Discretisation, Phases, Profile, Transcription, chebyshev
 from .meshes import SCENES
 from .scene_fields import SceneFields
@@ -200,6 +201,22 @@ class SceneDiscretisation(Discretisation):
         xi, theta, x_there, y, slip = rows[unglued - 1].tolist()
         past = past_of(self.phases[min(unglued, len(self.phases) - 1)])
         return tip, Place(xi * sbar, sbar, theta, x_there, y, slip, past), float(work)
+
+    def certificate(self, x: np.ndarray) -> float:
+        """How far a solution misses what it was not solved with.
+
+        The identity of the scene over T0 eta, assembled from its parts, where it has one; where it has
+        none, by how much the edge is missed by an independent integration from the tip.  On an elastic
+        layer it is no less than the curvature that is left where all should have decayed.
+        """
+        scene, q = self.settings.scene, self.found(x)
+        tip, first, work = self.ends(x)
+        curvature = self.tip_curvature(x)
+        if scene.has_identity:
+            missed = abs(scene.identity(tip, first, work, curvature, q))
+            return max(missed, self.left_over(x)) if scene.layer is not None else missed
+        Nx, Ny = (float(force) for force in scene.tip_force(tip, q))
+        return march(scene, q, tip.sbar, Tip(tip.theta, tip.x, tip.y, Nx, Ny, curvature)).missed
 
     def profile(self, x: np.ndarray) -> SceneProfile:
         """Sample a solution."""

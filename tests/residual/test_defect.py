@@ -1,6 +1,6 @@
 """The equations of every scene, by an independent integration of states that others have found.
 
-Modules: `defect`, `scene_certificate`, `scene_phases`.
+Modules: `defect`, `scene_phases`.
 """
 
 from __future__ import annotations
