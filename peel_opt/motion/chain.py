@@ -43,6 +43,9 @@ FX, FY, TURN, RX, RY = range(UNKNOWNS)
 #: Ratio of two corrections from which on the derivatives are taken anew.
 SLOW = 0.1
 
+#: Before all ends of loads.
+NOWHERE = Past()
+
 
 class Stage(NamedTuple):
     """What a stage of a step is implicit in: r = base + span v, v = base_v + span a.
@@ -152,7 +155,10 @@ class Chain:
         return float(x), float(y)
 
     def acted(self, u: np.ndarray, pressure: float, front: float = math.inf) -> Acted:
-        """Return what the loads are on each link, and what they change by, ahead of the front as at it."""
+        """Return what the loads are on each link, and what they change by.
+
+        Ahead of the front, where no scene says what they are, they pull a link off by no more than at it.
+        """
         theta, loads, n = u[:, THETA], self.loads, len(u)
         if loads is PRESSURE_ALONE:
             return loads.at(pressure, theta, theta, theta, theta, theta)
@@ -163,25 +169,37 @@ class Chain:
                 self.phi(theta),
                 0.5 * (x + np.append(x[1:], end_x)),
                 0.5 * (y + np.append(y[1:], end_y)),
-                np.minimum(self.h * (i + 0.5), front),
+                self.h * (i + 0.5),
                 np.full(n, front),
             ]
         )
         if not loads.ends:
-            return loads.at(pressure, *places)
+            return self._acted(pressure, places)
         force, by_theta, by_place = np.zeros((2, n)), np.zeros((2, n)), np.zeros((4, 2, n))
-        past, begins = Past(), 0.0
+        past, begins = NOWHERE, 0.0
         for name, ends in (*loads.ends, ("", math.inf)):
             share = np.clip(ends / self.h - i, 0.0, 1.0) - np.clip(begins / self.h - i, 0.0, 1.0)
             if (here := share > 0.0).any():
-                theta, x, y, s, sbar = places[:, here]
-                found = loads.at(pressure, theta, x, y, s, sbar, past)
+                found = self._acted(pressure, places[:, here], past)
                 force[:, here] += share[here] * found.force
                 by_theta[:, here] += share[here] * found.by_theta
                 if found.by_place is not None:
                     by_place[:, :, here] += share[here] * found.by_place
             past, begins = past | {name}, ends
         return Acted(force, by_theta, by_place)
+
+    def _acted(self, pressure: float, places: np.ndarray, past: Past = NOWHERE) -> Acted:
+        """Return what the loads are at places, and what they change by."""
+        theta, x, y, s, sbar = places
+        found = self.loads.at(pressure, theta, x, y, s, sbar, past)
+        if (ahead := s > sbar).any():
+            front, still = sbar[:1], np.zeros(1)
+            there = self.loads.at(pressure, still, front, still, front, front, past)
+            more = ahead & (found.force[1] > there.force[1])
+            found.force[:, more], found.by_theta[:, more] = there.force, there.by_theta
+            if found.by_place is not None:
+                found.by_place[:, :, more] = 0.0
+        return found
 
     def pushed(self, acted: Acted) -> np.ndarray:
         """Force of the loads on each node, (2, n): half of that on each of its links, and that on the tip."""

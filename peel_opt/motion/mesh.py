@@ -149,18 +149,20 @@ def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:
 
 
 def _may_open(chain: Chain, at: Moment) -> bool:
-    """Whether a rod that lies flat may be lifted again: part of it is not glued, or its tip is lifted."""
+    """Whether a rod that lies flat may be lifted again: part of it is not glued, or pulled more."""
     loads, flat = chain.loads, np.zeros(len(at.u))
     holds = chain.glued(len(flat)) * chain.memory.holding(flat, at.open_to)[0]
     held = chain.share(len(flat)) * chain.memory.pull(flat)[0]
-    return bool(np.any(holds < held)) or loads.tip_curvature > 0.0 or loads.tip_force[1] > 0.0
+    pulled = loads.tip_curvature > 0.0 or loads.tip_force[1] > 0.0 or chain.asks_front
+    return bool(np.any(holds < held)) or pulled
 
 
 def _require_held(chain: Chain, at: Moment, pressure: float, front: float) -> None:
-    """Raise where what acts on the attached rod is more than its bond."""
+    """Raise where what acts on the attached rod, up to its end, is more than its bond."""
     if chain.loads is PRESSURE_ALONE:  # which was asked before
         return
-    lift = chain.loads.lift(pressure, max(front, 0.5 * chain.h))
+    across = np.stack(chain.normals(at.u))[:, -1]
+    lift = float(across @ chain.acted(at.u, pressure, at.front).force[:, -1])
     if lift >= 1.0:
         raise OutOfRange(
             f"at t = {at.t:.6g} tau the front has come to {front:.6g} eta, where the attached rod is pulled"

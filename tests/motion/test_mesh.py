@@ -404,3 +404,20 @@ def test_a_tip_that_its_own_curvature_presses_down_is_not_lifted():
     track = run_scene(curled, 0.8)
     assert track.outcome == "touching"
     assert {event.kind for event in track.events} == {"start", "angle", "contact", "arrest"}
+
+
+def test_a_pressure_that_decays_may_exceed_the_bond_at_the_tip():
+    # From a flat rod: it comes to rest where the front of the lifted state is, behind which p < T0.
+    decays = po.Scene(po.Rod.from_ratio(1.0), [po.Pressure(lambda at: ca.exp(-at.s / 5.0))])
+    track = run_scene(decays, 1.08)
+    assert track.outcome == "standing"
+    assert track.front[-1] == pytest.approx(1.21174569, abs=2e-3)
+    with pytest.raises(po.OutOfRange, match="pulled off"):
+        run_scene(po.Scene(po.Rod.from_ratio(1.0), [po.Pressure(lambda at: 1.0 - 0.01 * at.s)]), 1.5)
+
+
+@pytest.mark.slow
+def test_a_load_that_grows_ahead_of_the_front_does_not_act_there():
+    grows = po.Scene(po.Rod.from_ratio(1.0), [po.Pressure(lambda at: ca.exp(0.1 * at.x))], unbonded=1.0)
+    eq = po.solve(grows, free="length", pressure=0.9, state="folded")
+    assert run_scene(grows, 0.9).front[-1] == pytest.approx(eq.length_ratio, abs=2e-3)
