@@ -30,17 +30,20 @@ CLAIM = re.compile(r"^ *print\(.*\)  # ((?:[-\[({'\"\d]|.*\.\.\.).*)$")
 MARKING = "import sys; print = lambda *v, p=print: p(f'\\x1e{sys._getframe(1).f_lineno}', *v)"
 
 
-def run_as_script(text: str, folder: Path, *, cwd: Path = ROOT) -> list[str]:
-    """Run the Python of a page as a reader would, its blocks below each other in a file.
+def run_as_script(text: str, folder: Path) -> list[str]:
+    """Run the Python of a page as a reader would, its blocks below each other in a file of this folder.
 
+    What a page writes stays there; the cards of the project are in reach.
     Returns what it prints; fails where a comment beside a print says something else.
     """
+    if not (cards := folder / "problems").exists():
+        cards.symlink_to(ROOT / "problems")
     blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
     lines = "\n".join([MARKING, *blocks]).splitlines()
     (script := folder / "script.py").write_text("\n".join(lines), encoding="utf-8")
     run = subprocess.run(
         [sys.executable, "-W", "error", str(script)],
-        cwd=cwd,
+        cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"},
         capture_output=True,
         text=True,
@@ -73,6 +76,17 @@ def test_a_comment_that_claims_something_else_is_found(tmp_path: Path) -> None:
             run_as_script(page_of(f"print(2)  # {claim}"), tmp_path)
     true = "print(2)  # 2\nprint(2)  # because\nfor i in (1, 2):\n    print('at', i)  # at ..."
     assert run_as_script(page_of(true), tmp_path) == ["2", "2", "at 1", "at 2"]
+
+
+def test_what_a_page_writes_stays_in_its_folder(tmp_path: Path) -> None:
+    code = """
+from pathlib import Path
+Path("of_a_page.txt").touch()
+print(len(list(Path("problems").glob("*.toml"))))
+"""
+    assert int(run_as_script(page_of(code), tmp_path)[0]) > 10
+    assert (tmp_path / "of_a_page.txt").exists()
+    assert not (ROOT / "of_a_page.txt").exists()
 
 
 def test_the_groups_of_the_readme_are_those_of_a_valid_state() -> None:

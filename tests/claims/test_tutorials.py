@@ -45,7 +45,7 @@ def test_a_tutorial_runs_in_an_empty_folder(
                 block, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
             )
             assert same, f"the page says\n{block}\nprinted is\n{printed}"
-    run_as_script(text, tmp_path, cwd=tmp_path)
+    run_as_script(text, tmp_path)
 
 
 @pytest.mark.slow
