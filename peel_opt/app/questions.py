@@ -13,7 +13,7 @@ from ..analysis.unbonded import FlawLimit, critical_flaw, safe_pressure
 from ..base import units
 from ..base.checks import parse
 from ..base.errors import InvalidInput, OutOfRange, PeelOptError
-from ..base.units import KINDS, NUMBER, unit_in
+from ..base.units import KINDS, NUMBER, told_apart, unit_in
 from ..equilibria.ask import ask_about, equilibrium, length_given_pressure, pressure_given_length
 from ..equilibria.methods import as_method
 from ..equilibria.question import ASKS, LENGTH, PRESSURE, Asks, Measure
@@ -246,9 +246,9 @@ class QuestionTable(CardTable):
         value = self._in_units_of(subject, self.given)
         if unit := unit_in(getattr(self, self.given)):
             size = self._in_units_of(subject, self.given, f"1 {unit}")
-            plain = isinstance(subject, Rod) and self.law in (None, "auto", "cohesive")
-            closes = plain and self.state in (None, "unfolded")
-            ask = partial(_in_words_of_the_trade, unit, size, self._asks.given if closes else None, ask)
+            closes = self.law in (None, "auto", "cohesive") and self.state in (None, "unfolded")
+            plain_rod = subject if closes and isinstance(subject, Rod) else None
+            ask = partial(_in_words_of_the_trade, unit, size, self._asks.given, plain_rod, ask)
         return partial(ask, value, **options)
 
     def _in_units_of(self, subject: Rod | Scene, name: str, text: str = "") -> float:
@@ -275,29 +275,31 @@ def _shown(value: object) -> str:
 def _in_words_of_the_trade(
     unit: str,
     size: float,
-    given: Measure | None,
+    given: Measure,
+    rod: Rod | None,
     ask: Callable[..., Equilibrium],
     value: float,
     **options: Any,
 ) -> Equilibrium:
     """Ask; an error that names the nearest value with an answer says what that is, in the unit typed.
 
-    ``given``: what is given of an unfolded state under law (8), whose ends are known by name.
+    ``rod``: where an unfolded state of it under law (8) is asked for, whose ends are known by name.
     """
     try:
         return ask(value, **options)
     except PeelOptError as error:
         if error.nearest is None:
             raise
-        nearest = f"{error.nearest / size:.8g} {unit}"
-        above = value > error.nearest
-        if given is PRESSURE:
-            end = "From {} on the bond itself fails." if above else "Below {} every lifted edge closes."
-        elif given is LENGTH:
-            end = "None is longer than {}." if above else "None is shorter than {}."
-        else:
+        end_of_theirs = error.nearest / size
+        nearest = f"{told_apart(end_of_theirs, value / size) or f'{end_of_theirs:.8g}'} {unit}"
+        if rod is None:
             error.args = (f"{error} That is {nearest}.",)
             raise
+        if given is PRESSURE:
+            fails = value >= rod.adhesion_strength
+            end = "From {} on the bond itself fails." if fails else "Below {} every lifted edge closes."
+        else:
+            end = "None is longer than {}." if value > error.nearest else "None is shorter than {}."
         _, others, named = str(error).partition(OTHERS)
         asked = f"no unfolded equilibrium at {given.name} {value / size:.8g} {unit}."
         error.args = (f"{asked} {end.format(nearest)}{others}{named}",)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ..base.checks import finite, known_beta0, positive
 from ..base.errors import InvalidInput
+from ..base.units import told_apart
 from ..continuation.goal import Goal
 from ..model import dimension
 from ..model.bond import COHESIVE, LINEAR, CohesiveLaw
@@ -293,8 +294,19 @@ class Question:
 
     def named(self, value: float) -> str:
         """Return a value of the given number, in the caller's units, with its unit."""
+        return self._with_unit(f"{value:.8g}")
+
+    def beside_what_is_asked(self, value: float) -> str:
+        """Return such a value, in the caller's units, in digits that tell it from the one that was given.
+
+        Empty where it is the same.
+        """
+        text = told_apart(value, self.in_units(self.given[1].value))
+        return self._with_unit(text) if text else ""
+
+    def _with_unit(self, text: str) -> str:
         unit = "" if self.rod is None else self.asks.given.unit_of(self.rod)
-        return f"{value:.8g} {unit}".rstrip()
+        return f"{text} {unit}".rstrip()
 
     def fits(self, label: str) -> bool:
         """Whether a state with this label is meant."""

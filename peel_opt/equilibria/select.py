@@ -209,7 +209,12 @@ def _nothing_fits(
     nearest = _nearest(branch, question, search)
     message = f"no {question.state or 'unfolded'} equilibrium at {question.words}."
     if nearest is not None:
-        message += f" The nearest that does exist: {question.asks.given.name} = {question.named(nearest)}."
+        other, given = question.beside_what_is_asked(nearest), question.asks.given.name
+        message += (
+            f" The nearest that does exist: {given} = {other}."
+            if other
+            else f" It is an end of theirs: there are some as near to this {given} as one likes, and none at it."
+        )
     if found:
         listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)
         message += f"{OTHERS}{', '.join(listed)}."
@@ -268,7 +273,9 @@ def _nearest(branch: PrimaryBranch, question: Question, search: SelectionWalk) -
     values = [read(p.scalars) for p in _of_the_state(branch, question)]
     if not values:
         return None
-    return question.in_units(round(float(min(values, key=lambda v: abs(v - asked))), 12))
+    # Of what lies far beyond them, all are as far to the last digit.
+    within = min(max(asked, min(values)), max(values))
+    return question.in_units(round(float(min(values, key=lambda v: abs(v - within))), 12))
 
 
 def _turned(branch: PrimaryBranch) -> bool:

@@ -82,6 +82,22 @@ def test_that_there_is_no_unfolded_state_takes_no_walk(name: str, value: float) 
     assert at_once.value.nearest == pytest.approx(exact.value.nearest, rel=1e-9)
 
 
+def test_at_the_strength_of_the_bond_no_nearest_pressure_is_named_that_is_the_one_asked() -> None:
+    with pytest.raises(po.NoEquilibrium, match="an end of theirs") as refused:
+        solve_question(Question.of_rod(ROD, "pressure", ROD.adhesion_strength))
+    assert refused.value.nearest == ROD.adhesion_strength
+    assert "nearest that" not in str(refused.value)
+
+
+def test_far_beyond_them_the_nearest_state_is_the_last() -> None:
+    far, further = (Question.of_rod(ROD, "length", length) for length in (1e2, 1e20))
+    with pytest.raises(po.NoEquilibrium) as near_by:
+        solve_question(far)
+    with pytest.raises(po.NoEquilibrium) as refused:
+        solve_question(further)
+    assert refused.value.nearest == near_by.value.nearest
+
+
 @pytest.mark.parametrize("law", ["linear", "cohesive"])
 @pytest.mark.parametrize(
     ("lam", "state"), [(-0.2, "middle"), (-0.2, "lower"), (-0.2, None), (1.0, "lower"), (1.0, "spurious")]
