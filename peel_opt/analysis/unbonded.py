@@ -176,8 +176,20 @@ def flawed(rod: Rod, flaw: float, law: str | CohesiveLaw) -> Scene:
 
 
 def loading(scene: Scene, mesh: Spectral) -> SceneBranch:
-    """Return the states of an edge at all pressures."""
-    return entered_branch(loaded(scene, mesh))
+    """Return the states of an edge at all pressures.
+
+    Raises
+    ------
+    NotConverged
+        If none was reached.
+    """
+    try:
+        return entered_branch(loaded(scene, mesh))
+    except NotConverged as error:
+        raise NotConverged(
+            f"no state of an edge without glue of {scene.numbers['unbonded']:.6g} eta could be reached.",
+            remedy="Give a shorter one, or check its unit.",
+        ) from error
 
 
 def loaded(scene: Scene, mesh: Spectral) -> SceneFamily:
@@ -211,8 +223,9 @@ def _growing(scene: Scene, mesh: Spectral, P: float) -> SceneBranch:
         if found.snap is not None:
             return found
     if found is None:
-        assert lost is not None
-        raise lost
+        raise NotConverged(
+            f"at p/T0 = {P:.6g} no edge without glue could be followed.", remedy="Give a higher pressure."
+        ) from lost
     return found
 
 
@@ -239,6 +252,11 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
         raise NotConverged(
             f"no snap was met as far as the edge could be followed ({reached}).",
             remedy="Give a shorter edge, or a higher pressure.",
+        )
+    if branch.overshoots or not branch.rises:
+        raise NotConverged(
+            "the edge snaps nearer to its rest than its states are followed, beside T0.",
+            remedy="Give a longer edge, or a lower pressure.",
         )
     if branch.family.free is not None:
         longest = rod.length(max(branch.family.loading(p) for p in branch.points))

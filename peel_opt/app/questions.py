@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -290,8 +291,11 @@ def _in_words_of_the_trade(
     except PeelOptError as error:
         if error.nearest is None:
             raise
-        end_of_theirs = error.nearest / size
-        nearest = f"{told_apart(end_of_theirs, value / size) or f'{end_of_theirs:.8g}'} {unit}"
+        same = math.isclose(error.nearest, value, rel_tol=1e-12)
+        apart = (
+            f"{error.nearest / size:.8g}" if same else told_apart(error.nearest / size, value / size, 8)[0]
+        )
+        nearest = f"{apart} {unit}"
         if rod is None:
             error.args = (f"{error} That is {nearest}.",)
             raise

@@ -399,18 +399,3 @@ def digits_left(value: float, error: float, most: int) -> int:
     if abs(value) <= error:
         return 1
     return min(max(math.floor(math.log10(abs(value) / error)), 1), most)
-
-
-def told_apart(value: float, other: float) -> str:
-    """Return a number in eight digits, or in as many as tell it from another; empty where none do.
-
-    Examples
-    --------
-    >>> told_apart(0.25, 0.3), told_apart(0.12183704129, 0.1218370413), told_apart(1.0, 1.0)
-    ('0.25', '0.12183704129', '')
-    """
-    for digits in (8, 11, 14):
-        text = f"{value:.{digits}g}"
-        if text != f"{other:.{digits}g}":
-            return text
-    return ""

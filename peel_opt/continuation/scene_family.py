@@ -90,6 +90,9 @@ FORWARD, LONGER = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])
 #: Points over which a branch shows whether it rises: at the first alone its tangent may be rounding.
 BEGINNING = 3
 
+#: Share by which what loads a rod falls where a maximum was stepped over: more than what rounding does.
+STEPPED_OVER = 1e-10
+
 #: Iterations of a correction that lets the next step grow, on a layer: rounding makes the last two.
 QUICK_ON_A_LAYER = 6
 
@@ -236,11 +239,28 @@ class SceneBranch:
         falls = [here < there for here, there in pairwise(loads)]
         return [p.arclength for p, low in zip(turns, falls, strict=True) if low]
 
+    @cached_property
+    def overshoots(self) -> bool:
+        """Whether what loads the rod has its maximum so near to rest that the walk stepped over it.
+
+        Then its first extremum, or the end of the branch, lies lower than a state before.
+        """
+        if not self.rises:
+            return False
+        end = self._turns[0] if self._turns else self.points[-1]
+        highest = max(self.family.loading(p) for p in self.points if p.arclength <= end.arclength)
+        return highest - self.family.loading(end) > STEPPED_OVER * abs(highest)
+
+    @property
+    def _lifts(self) -> bool:
+        """Whether states are lifted up to its first extremum."""
+        return self.rises and not self.overshoots
+
     @property
     def snap(self) -> Located | None:
-        """The maximum of what loads a rod that is lifted from its rest; None where there is none."""
+        """The maximum of what loads a rod that is lifted from its rest; None where none was met."""
         kind = self.family.monitors[0][0]
-        return next((f for f in self.folds if f.kind == kind), None) if self.rises else None
+        return next((f for f in self.folds if f.kind == kind), None) if self._lifts else None
 
     def state_at(self, arclength: float) -> str:
         """Label of a place on the branch.
@@ -250,7 +270,7 @@ class SceneBranch:
         "folded" after it.  Where another number than the pressure varies, what is not lifted is "other".
         """
         first = self._turns[0].arclength if self._turns else math.inf
-        snap = first if self.rises else -math.inf
+        snap = first if self._lifts else -math.inf
         if arclength < snap:
             return "lifted"
         if self.family.free is not None:

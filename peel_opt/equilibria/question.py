@@ -301,8 +301,10 @@ class Question:
 
         Empty where it is the same.
         """
-        text = told_apart(value, self.in_units(self.given[1].value))
-        return self._with_unit(text) if text else ""
+        asked = self.in_units(self.given[1].value)
+        if math.isclose(value, asked, rel_tol=SAME):
+            return ""
+        return self._with_unit(told_apart(value, asked, digits=8)[0])
 
     def _with_unit(self, text: str) -> str:
         unit = "" if self.rod is None else self.asks.given.unit_of(self.rod)
@@ -328,6 +330,10 @@ class Question:
         given = self.given[1]
         off = given.kind == "pressure" and not 0.5 <= given.value <= 1.0
         return off and not self.effective_law.is_linear
+
+
+#: Relative difference within which a number that has an answer is the one asked for: it is rounded to that.
+SAME = 1e-12
 
 
 def _sought(

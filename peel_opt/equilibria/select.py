@@ -213,7 +213,7 @@ def _nothing_fits(
         message += (
             f" The nearest that does exist: {given} = {other}."
             if other
-            else f" It is an end of theirs: there are some as near to this {given} as one likes, and none at it."
+            else f" It is an end of theirs: they come as near to this {given} as one likes."
         )
     if found:
         listed = (f"{c.state} ({question.asked} about {c.estimate(question.read):.4g})" for c in found)

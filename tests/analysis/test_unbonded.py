@@ -88,6 +88,31 @@ def test_no_snap_is_found_beyond_the_touch_of_the_tip(r: float, a: float) -> Non
     assert found.value.nearest * a**3 == pytest.approx(flap.t_events[0][0] ** 3, rel=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("r", "a"),
+    [(0.75, 1e-8), *(pytest.param(r, a, marks=pytest.mark.slow) for r, a in [(0.005, 3e-8), (0.75, 1e-12)])],
+)
+def test_an_edge_that_snaps_nearer_to_rest_than_states_are_followed_is_refused(r: float, a: float) -> None:
+    """Beside T0 the walk steps over the snap: neither the least pressure beyond it nor T0 is where it is."""
+    with pytest.raises(po.NotConverged, match="nearer to its rest"):
+        po.safe_pressure(po.Rod.from_ratio(r), a)
+
+
+@pytest.mark.slow
+def test_an_imperfection_too_small_to_be_followed_does_not_make_the_large_state_the_lifted_one() -> None:
+    faint = po.Scene(po.Rod.from_ratio(0.75), unbonded=1e-8)
+    with pytest.raises(po.NotConverged, match="the lifted state is smaller"):
+        po.solve(faint, free="length", pressure=0.6)
+    there = po.solve(faint, free="length", pressure=0.6, state="lower")
+    assert there.length == pytest.approx(po.length_given_pressure(faint.rod, 0.6).length, abs=1e-7)
+
+
+@pytest.mark.slow
+def test_an_edge_too_long_to_be_reached_is_named_with_its_length() -> None:
+    with pytest.raises(po.NotConverged, match=r"without glue of 1e\+06 eta .* shorter one"):
+        po.safe_pressure(po.Rod.from_ratio(0.75), 1e6)
+
+
 @pytest.mark.slow
 def test_the_shortest_edges_snap_just_below_the_strength() -> None:
     rod = po.Rod(2.3e-5, 140e3, 0.73e-3)
