@@ -70,14 +70,19 @@ class MotionPanels:
     @cached_property
     def title(self) -> str:
         """What moves, and what becomes of it."""
-        return f"{self.asked}: {self.motion.outcome}"
+        return f"{self._held}: {self.motion.outcome}{scene_words(self.motion)}"
 
     @cached_property
     def asked(self) -> str:
         """What moves."""
+        return self._held + scene_words(self.motion)
+
+    @property
+    def _held(self) -> str:
+        """Under which pressure, in short."""
         motion, rod = self.motion, self.motion.rod
         load = rf"$p/T_0 = {motion.pressure:.4g}$" if rod.dimensionless else f"$p$ = {_pascal(motion)}"
-        return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond" + scene_words(motion)
+        return rf"{load}, $\eta/y_0 = {rod.ratio:.4g}$, {motion.bond} bond"
 
     def time_of(self, t: float) -> float:
         """Return where a time of the motion is on the axes."""

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 import peel_opt as po
+from peel_opt.app.cards import load_card
 from peel_opt.app.cli.main import main
+from peel_opt.app.motion_report import history_table
 
 CARDS = Path(__file__).parents[2] / "problems"
 
@@ -122,6 +124,80 @@ def test_what_a_history_cannot_mean_is_one_line(
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
+
+
+def torn(folder: Path, *changes: tuple[str, str]) -> str:
+    """Return the card of the tear with a short history, changed."""
+    text = (CARDS / "aortic_tear.toml").read_text(encoding="utf-8")
+    given = ("[0, 800, 850, 1650] ", "[0, 2]"), ('["0 Pa", "70 kPa", "70 kPa", "0 Pa"]', '["0 Pa", "3 kPa"]')
+    for old, new in (*given, *changes):
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "tear.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def test_the_card_of_a_scene_tells_its_history(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("peel_opt.motion.history.STEPS", 20)
+    out = tmp_path / "out"
+    assert main(["history", torn(tmp_path), "--json", "--out", str(out), "--no-plot"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["scene"] == "unbonded = 500.000 um"
+    assert record["length [m]"] >= 5e-4
+    assert record["time_error [c eta/T0]"] == 0.0  # no angle was passed
+    run = po.History.load(out / "history-tear.npz")
+    assert run.scene == load_card(tmp_path / "tear.toml").scene()
+    assert "scene: unbonded = 500.000 um" in history_table(run)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (
+            ('unbonded = "0.5 mm"', 'unbonded = "0.5 mm"\nline_energy = "5 J/m^2"'),
+            "a front with a line energy",
+        ),
+        (('bond = "damage"', 'bond = "damage"\nlaw = "linear"'), "its own law"),
+    ],
+)
+def test_a_history_that_is_not_computed_of_a_scene_is_one_line(
+    change: tuple[str, str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["history", torn(tmp_path, change)]) == 2
+    error = capsys.readouterr().err
+    assert "[history]: " in error
+    assert says in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("card", "code", "says"),
+    [
+        pytest.param(
+            "tape_in_stream", 1, "the pressure is too low. It is lifted there", marks=pytest.mark.slow
+        ),
+        ("paint_blister", 2, "the middle of a strip is not computed"),
+    ],
+)
+def test_a_scene_that_does_not_snap_says_so_in_one_line(
+    card: str, code: int, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["snap", str(CARDS / f"{card}.toml")]) == code
+    out, error = capsys.readouterr()
+    assert not out
+    assert says in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_the_card_of_a_tear_snaps(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["snap", str(CARDS / "aortic_tear.toml"), "--until", "5"]) == 0
+    said = capsys.readouterr().out
+    assert "scene: unbonded = 500.000 um" in said
+    assert "2.50751 mm" in said  # its unfolded state at 200 mmHg
 
 
 def test_a_card_without_a_history_says_how_to_add_one(capsys: pytest.CaptureFixture[str]) -> None:

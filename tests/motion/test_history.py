@@ -127,6 +127,10 @@ def test_a_picture_shows_the_path_and_what_was_spent(damaged: po.History) -> Non
     assert tops == pytest.approx([np.ptp(damaged.energy.drag), damaged.dissipated.max()])
     with pytest.raises(po.InvalidInput, match="of the rod"):
         damaged.plot(branch=po.trace(po.Rod.from_ratio(0.4), points=20, tol=1e-6))
+    torn = replace(damaged, scene=EDGE)
+    with pytest.raises(po.InvalidInput, match="what acts on it"):
+        torn.plot(branch=branch)
+    assert "unbonded = 1 eta" in torn.plot().get_title(loc="left")
 
 
 EDGE = po.Scene(ROD, unbonded=1.0)

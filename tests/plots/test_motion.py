@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,37 @@ def test_shapes_stand_on_the_plate(moved: po.Snap) -> None:
     shapes = [line for line in ax.get_lines() if len(np.asarray(line.get_xdata())) > 50]
     assert len(shapes) == 4
     assert all(np.asarray(line.get_ydata())[-2] == pytest.approx(0.0, abs=1e-9) for line in shapes)
+
+
+def test_a_scene_is_named_and_its_glue_marked(moved: po.Snap) -> None:
+    torn = replace(moved, scene=po.Scene(moved.rod, [po.Weight(50.0)], unbonded=0.5e-3))
+    ax = plot_shapes(torn, count=3)
+    dots = [line for line in ax.get_lines() if line.get_marker() == "o"]
+    assert len(dots) == 3
+    pose = torn.shape(torn.t[-1])
+    there = np.interp(0.5e-3, pose.s, pose.x), np.interp(0.5e-3, pose.s, pose.y)
+    last = min(np.hypot(d.get_xdata()[0] - 1e3 * there[0], d.get_ydata()[0] - 1e3 * there[1]) for d in dots)
+    assert last < 1e-2
+    title = torn.plot().get_title(loc="left")
+    assert "bond: folded" in title
+    assert "unbonded = 500 µm, weight = 50 Pa" in title
+    labels = [line.get_label() for line in plot_ledger(torn).get_lines()]
+    assert "work of all loads" in labels
+    with pytest.raises(po.InvalidInput, match="what acts on it"):
+        plot_orbit(torn, po.trace(moved.rod))
+    assert "in a scene" in replace(moved, scene="Scene(...)").plot().get_title(loc="left")
+
+
+@pytest.mark.slow
+def test_an_orbit_is_drawn_over_the_branch_of_its_scene(moved: po.Snap) -> None:
+    torn = replace(moved, scene=po.Scene(moved.rod, unbonded=0.5e-3))
+    branch = po.trace(torn.scene, points=40, tol=1e-6)
+    ax = plot_orbit(torn, branch)
+    lines = {line.get_label(): np.asarray(line.get_xdata(), float) for line in ax.get_lines()}
+    assert {"lifted", "unfolded", "folded", "snap"} <= lines.keys()
+    snap = branch.special("LP-pressure")[0].pressure / 1e3
+    assert np.nanmax(lines["lifted"]) == pytest.approx(snap, rel=1e-6)
+    assert np.nanmax(branch.pressure) > moved.rod.adhesion_strength > 1e3 * np.nanmax(lines["folded"])
 
 
 def test_films(moved: po.Snap, tmp_path: Path) -> None:
