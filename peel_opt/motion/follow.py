@@ -1,4 +1,4 @@
-"""A run through contact: the front tracked up to where the tip comes low, and a fixed mesh from there on."""
+"""A run through contact: the front tracked up to where the rod comes low, and a fixed mesh from there on."""
 
 from __future__ import annotations
 
@@ -14,22 +14,39 @@ from .trajectory import Ledger, TipPath
 #: Height of what comes down, as a share of its greatest, at which the mesh takes over.
 LOW = 0.8
 
+#: Share of the time of a run whose front was lost after which it does.
+SOON = 0.95
 
-def beyond_contact(
-    setting: Setting, first: Track, until: Until, *, resolution: int = 0, told: Told | None = None
+
+def taken_over(setting: Setting, run: Track) -> int:
+    """Return the state of a tracked run at which a mesh takes over: some time before its end.
+
+    That is before something comes down, or if the front was lost, before it gets hard to follow.
+    """
+    share = SOON if run.events[-1].kind == "given up" else 1.0
+    low = _clearance(run, Arc(setting.loads.wall_curvature))[
+        run.t <= run.t[0] + share * (run.t[-1] - run.t[0])
+    ]
+    return int(np.flatnonzero(low >= LOW * low.max())[-1])
+
+
+def beyond(
+    setting: Setting, first: Track, at: int, until: Until, *, resolution: int = 0, told: Told | None = None
 ) -> Track:
-    """Carry a run of a rod without mass, which ended as it came down, on through that on a mesh."""
-    low = _clearance(first, Arc(setting.loads.wall_curvature))
-    i = int(np.flatnonzero(low >= LOW * low.max())[-1])
-    s = first.fraction * first.front[i]
-    start = Posture(s, first.theta[i], np.zeros_like(s), float(first.t[i]))
+    """Carry a run of a rod without mass on from one of its states, through contact on a mesh."""
+    s = first.fraction * first.front[at]
+    start = Posture(s, first.theta[at], np.zeros_like(s), float(first.t[at]))
     then = run_on_mesh(setting, start, until, resolution=resolution, told=told)
 
     def both(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.concatenate([a[: i + 1], b[1:]])
+        return np.concatenate([a[: at + 1], b[1:]])
 
-    before, after, at = first.energy, then.energy, first.t[i]
-    spent = (after.work + before.work[i], after.drag + before.drag[i], after.bond_loss + before.bond_loss[i])
+    before, after, t = first.energy, then.energy, first.t[at]
+    spent = (
+        after.work + before.work[at],
+        after.drag + before.drag[at],
+        after.bond_loss + before.bond_loss[at],
+    )
     energy = Ledger(after.kinetic, after.bending, after.separation, *spent)
     return replace(
         then,
@@ -41,7 +58,10 @@ def beyond_contact(
         theta=both(first.theta, then.theta),
         tip=TipPath(*(both(a, b) for a, b in zip(first.tip, then.tip, strict=True))),
         energy=Ledger(*(both(a, b) for a, b in zip(before, energy, strict=True))),
-        events=(*(e for e in first.events if e.t <= at), *(e for e in then.events if e.kind != "start")),
+        events=(
+            *(e for e in first.events if e.t <= t),
+            *(e for e in then.events if e.kind != "start"),
+        ),
     )
 
 

@@ -28,7 +28,7 @@ from .moments import (
     moving,
     spent,
 )
-from .readings import Recorder, at_rest_in, lying, spin_of, tail
+from .readings import Recorder, at_rest_in, lying, tail
 from .run import Posture, Setting, Told, Track, Until
 
 #: Link lengths over eta, and angles [rad] that a link turns in a step, of the two resolutions.
@@ -137,7 +137,7 @@ def carried(
         at = _reaching(chain, at, front, length)
     if outcome == "not settled" and at.t >= until.time:
         kept.happened("time")
-    return Carried(kept.track(spin_of(chain, at), outcome), at)
+    return Carried(kept.track(outcome), at)
 
 
 def _reaching(chain: Chain, at: Moment, front: float, length: float) -> Moment:

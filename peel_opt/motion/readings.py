@@ -90,15 +90,6 @@ def at_rest_in(chain: Chain, at: Moment) -> str:
     return "standing" if chain.memory.bond == "reversible" else "held"
 
 
-def spin_of(chain: Chain, at: Moment) -> np.ndarray:
-    """Return theta_t at the points of the last shape."""
-    along = np.append(at.v, np.zeros((2, 1)), axis=1)
-    phi = chain.phi(at.u[:, THETA])
-    spin = (np.diff(along[1]) * np.cos(phi) - np.diff(along[0]) * np.sin(phi)) / chain.h
-    s = np.linspace(0.0, front_of(chain, at), POINTS)
-    return np.interp(s, chain.h * (np.arange(len(phi)) + 0.5), spin)
-
-
 class Recorder:
     """What a run keeps of every step."""
 
@@ -209,7 +200,7 @@ class Recorder:
             speed = max(v for t, v in self.speeds if t >= middle)
         return speed == 0.0 or speed * length < REST * math.log(before / speed)
 
-    def track(self, spin: np.ndarray, outcome: str) -> Track:
+    def track(self, outcome: str) -> Track:
         """Return it all."""
         t, front, y, x, angle, *energies, identity = np.array(self.rows).T
         shapes = np.array(self.shapes)
@@ -221,7 +212,6 @@ class Recorder:
             x=shapes[:, 0],
             y=shapes[:, 1],
             theta=shapes[:, 2],
-            spin=spin,
             energy=Ledger(*energies),
             identity=identity,
             events=tuple(sorted((*self.events, *self._angles()), key=lambda event: event.t)),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -92,11 +92,15 @@ class Until:
         At the first touch of the tip on the plate.
     arrest : bool
         Where nothing moves any more.
+    arc : bool
+        Where an arc between tip and front has come down into the range of the bond, if the front is tracked:
+        as a rule it goes on to the plate, and to see it there takes longer than all before.
     """
 
     time: float
     contact: bool = True
     arrest: bool = True
+    arc: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +138,6 @@ class Track:
         s/sbar of the points of a shape, from 0 to 1.
     x, y, theta : ndarray, shape (n, m)
         The shapes.
-    spin : ndarray, shape (m,)
-        theta_t at a fixed s in the last of them, from which another run may go on.
     energy : Ledger
         Each column (n,); work, drag and bond loss counted from the start of the run.
     identity : ndarray, shape (n,)
@@ -143,7 +145,7 @@ class Track:
     events : tuple of Happening
         In the order of time.
     outcome : str
-        One of `OUTCOMES`.
+        One of `OUTCOMES`, or "arc".
     """
 
     t: np.ndarray
@@ -153,11 +155,28 @@ class Track:
     x: np.ndarray
     y: np.ndarray
     theta: np.ndarray
-    spin: np.ndarray
     energy: Ledger
     identity: np.ndarray
     events: tuple[Happening, ...]
     outcome: str
+
+    def until(self, n: int) -> Track:
+        """Return the first ``n`` states of it, given up there."""
+        t, front, (y, x, angle) = self.t[:n], self.front[:n], (part[:n] for part in self.tip)
+        last = Happening("given up", *(float(part[-1]) for part in (t, front, y, x, angle)))
+        return replace(
+            self,
+            t=t,
+            front=front,
+            tip=TipPath(y, x, angle),
+            x=self.x[:n],
+            y=self.y[:n],
+            theta=self.theta[:n],
+            energy=Ledger(*(part[:n] for part in self.energy)),
+            identity=self.identity[:n],
+            events=(*(e for e in self.events if e.t <= last.t), last),
+            outcome="not settled",
+        )
 
 
 class Tier(Protocol):

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import takewhile
-
-import numpy as np
 
 from ..base.checks import finite, positive
 from ..base.errors import InvalidInput, NotConverged, OutOfRange
@@ -23,27 +19,17 @@ from ..model.rod import Rod, Units
 from ..model.scene import Scene
 from .acting import loads_on
 from .departure import departure, require_attached, stretched
-from .follow import beyond_contact
-from .mesh import run_on_mesh
 from .rates import resistance
 from .run import PARTS, Posture, Setting, Told, Track, Until, in_parts
 from .subject import Subject, lengthened, subject_of
-from .tracking import MESHES, track
+from .tiers import MESHED, OPENED, best
 from .trajectory import BONDS, SCENE_RESTS, Happening, Ledger, Snap, TipPath, rest_of_scene
 
 #: Longest run, over the unit of time, of a rod that is followed until it rests.
 LONGEST = 3000.0
 
-#: Largest error of front and tip over eta, or of the identity, with which a finer run is not tried, by the
-#: resolution, of which each takes twice the time of the one before.
-GOOD = (0.0, 2e-6, 2e-5, 1e-3)
-
-#: How far from the folded equilibrium a rod at rest may be, over eta, beside its error, and the error of a
-#: run on a mesh.
-APART, MESHED = 1e-5, 1e-4
-
-#: Length over that of the unfolded state with which a motion begins on a mesh.
-OPENED = 1.01
+#: How far from the folded equilibrium a rod at rest may be, over eta, beside its error.
+APART = 1e-5
 
 #: A likely end of a run that starts from a nudge, over the time in which that grows by e.
 LIKELY = 25.0
@@ -135,7 +121,7 @@ def snap(
     require_attached(posture, asked.setting)
     limit = _until(until, asked)
     with _telling(growth, limit, progress) as told:
-        fine, error, time_error = _run(asked.setting, posture, limit, told)
+        fine, error, time_error = best(asked.setting, posture, limit, told)
     found = _in_units(asked, fine, growth, error, time_error)
     if found.outcome in SCENE_RESTS and bond == "reversible":
         if error < MESHED:
@@ -273,99 +259,6 @@ def _telling(growth: float, until: Until, told: Progress) -> Iterator[Told]:
     likely = until.time if math.isnan(growth) else min(until.time, LIKELY / growth)
     with telling("part", PARTS, told) as step, in_parts(step, likely) as reached:
         yield reached
-
-
-def _run(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
-    """Run by what computes it best; return the run, its error and that of its times.
-
-    Where a tracked front is lost, or would take too long, all is done on the mesh: from a length that is not
-    that of the unfolded state itself, which a mesh has elsewhere.
-    """
-    if setting.bond != "reversible":
-        return _meshed(partial(run_on_mesh, setting, start, until), told)
-    try:
-        first, error, time_error = _resolved(setting, start, until, told)
-    except NotConverged:
-        opened = replace(start, s=OPENED * start.s)
-        # What follows the landing of a rod with mass depends on how it bounces.
-        last = replace(until, contact=until.contact or bool(setting.mass))
-        return _meshed(partial(run_on_mesh, setting, opened, last), told)
-    if first.outcome != "contact" or until.contact or setting.mass:
-        return first, error, time_error
-    then, *errors = _meshed(partial(beyond_contact, setting, first, until), told)
-    landing = next((e for e in then.events if e.kind == "contact"), None)
-    known = [(error, time_error), tuple(errors)]
-    if landing is not None:  # between where the mesh took over and there the front is known by both
-        events = tuple(e for e in then.events if e.t <= landing.t)
-        known.append(_errors(first, replace(then, events=events, outcome="contact")))
-    places, passed = zip(*known, strict=True)
-    return then, max(places), max(passed)
-
-
-def _meshed(run: Callable[..., Track], told: Told) -> tuple[Track, float, float]:
-    """Run on two meshes; return the run on the finer and what they differ by."""
-    coarse, fine = (run(resolution=resolution, told=told) for resolution in (0, 1))
-    return fine, *_errors(coarse, fine)
-
-
-def _resolved(setting: Setting, start: Posture, until: Until, told: Told) -> tuple[Track, float, float]:
-    """Run at one resolution after another until two agree; return the finer run and what they differ by.
-
-    They need not agree to more digits than a mesh has where one is to go on.
-
-    Raises
-    ------
-    NotConverged
-        If no two do, or a second one is lost.
-    """
-    coarse, error, lost = None, math.inf, False
-    for resolution in range(len(MESHES)):
-        last = resolution == len(MESHES) - 1
-        try:
-            run = track(setting, start, until, resolution=resolution, told=told)
-        except NotConverged:
-            if last or lost:
-                raise
-            lost = True
-            continue
-        if coarse is not None:
-            error, time_error = _errors(coarse, run)
-            missed = max(error, float(np.abs(run.identity).max()))
-            goes_on = run.outcome == "contact" and not (until.contact or setting.mass)
-            if missed <= max(GOOD[resolution], MESHED if goes_on else 0.0):
-                return run, error, time_error
-        coarse = run
-    raise NotConverged(
-        f"front and tip of two runs differ by {error:.1e} eta.",
-        remedy="Give a time or a rod_length to end at.",
-    )
-
-
-def _errors(coarse: Track, fine: Track) -> tuple[float, float]:
-    """Return the largest difference of front and tip at one angle, and of times, between two runs.
-
-    Where a motion starts from a nudge its time is that of the first angle it passes: the nudge is arbitrary.
-    Two runs that end differently are as far apart as their ends.
-    """
-    named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
-    pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
-    if coarse.outcome == fine.outcome == "not settled":  # one may have come further
-        t = min(coarse.t[-1], fine.t[-1])
-        pairs.append((_when(coarse, t), _when(fine, t)))
-    elif not coarse.outcome == fine.outcome == "flapping":
-        pairs.append((coarse.events[-1], fine.events[-1]))
-    if not pairs:
-        return math.nan, math.nan
-    places = [max(abs(a.front - b.front), abs(a.x - b.x), abs(a.y - b.y)) for a, b in pairs]
-    begins = pairs[0][0].t - pairs[0][1].t
-    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact", "end of rod"}]
-    return max(places), max(passed, default=0.0)
-
-
-def _when(run: Track, t: float) -> Happening:
-    """Return where front and tip of a run were at a time."""
-    at = (float(np.interp(t, run.t, values)) for values in (run.front, run.tip.y, run.tip.x, run.tip.angle))
-    return Happening("time", t, *at)
 
 
 def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error: float) -> Snap:

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from ..base.errors import NotConverged
 from .departure import leaves
-from .flap import Flap, Reading
+from .flap import Flap, Phase, Reading
 from .layout import along, excess, laid_out, through
 from .radau import Integrator, Step, tableau
 from .run import Posture, Setting, Told, Track, Until
@@ -23,8 +23,9 @@ from .trajectory import Happening, Ledger, TipPath
 #: have, by resolution.
 MESHES = ((25, 1e-8), (31, 1e-9), (43, 1e-9), (60, 1e-9))
 
-#: By how much the identity may be missed, over T0 eta, before a run is given up: its front is not resolved.
-LOST = 1e-2
+#: By how much the identity may be missed, over T0 eta, before a run is given up: its front is not resolved;
+#: and by how much in what was resolved of it.
+LOST, RESOLVED = 1e-3, 1e-5
 
 #: First step, over the time unit, at the start and after an event.
 FIRST, AFTER = 0.1, 0.01
@@ -91,11 +92,29 @@ class _Log:
 def track(
     setting: Setting, start: Posture, until: Until, *, resolution: int = 0, told: Told | None = None
 ) -> Track:
-    """Return a run up to contact, by front tracking: a `Tier`."""
+    """Return a run up to contact, by front tracking: a `Tier`.
+
+    Raises
+    ------
+    NotConverged
+        If the front is lost, with what was resolved of the run among the ``candidates``.
+    """
+    log = _Log()
+    try:
+        return _tracked(log, setting, start, until, resolution, told)
+    except NotConverged as lost:
+        lost.candidates = _resolved(log)
+        raise
+
+
+def _tracked(
+    log: _Log, setting: Setting, start: Posture, until: Until, resolution: int, told: Told | None
+) -> Track:
+    """Run, and keep the states in a log."""
     degree, tol = MESHES[resolution]
     flap, u, z = laid_out(setting, degree, float(start.s[-1]), *through(start))
     t, (_, u, z) = start.t, _relaxed(flap, start.t, u, z, tol)
-    h, before, log, first = FIRST, None, _Log(), flap.tip(u).angle
+    h, before, first = FIRST, None, flap.tip(u).angle
     _keep(log, flap, np.array([t]), u[None], z[None], np.zeros((1, 2)))
     log.name("start", t, float(u[flap.lengths].sum()), flap.tip(u))
     times, fastest = deque([t], maxlen=STALLED), 0.0
@@ -124,6 +143,8 @@ def track(
         if kind == "phases":
             visited = flap.phases
             flap, u, z = _in_new_phases(flap, u, z, degree)
+            if until.arc and comes_down(flap.phases):
+                return _finished(log, "arc")
             t, u, z = _relaxed(flap, t, u, z, tol)
             h, before = step.length if flap.phases == visited else min(AFTER, step.length), None
             continue
@@ -140,7 +161,7 @@ def track(
                     f"at t = {t:.6g} the front has come back to the edge that was never glued."
                 )
             log.name({"closes": "contact", "cycle": "time"}.get(kind, kind), t, front, tip)
-            return _finished(log, flap, u, z, _outcome(kind, tip, float(first)))
+            return _finished(log, _outcome(kind, tip, float(first)))
     raise NotConverged(
         f"{MOST_STEPS} steps came to no end, at t = {t:.6g}.", remedy="Ask for a time, or with drag."
     )
@@ -254,7 +275,22 @@ def _keep(log: _Log, flap: Flap, t: np.ndarray, u: np.ndarray, z: np.ndarray, sp
     return reading
 
 
-def _finished(log: _Log, flap: Flap, u: np.ndarray, z: np.ndarray, outcome: str) -> Track:
+def comes_down(phases: tuple[Phase, ...]) -> bool:
+    """Whether an arc between tip and front is lower than what is on both sides of it."""
+    pieces = [phase.piece for phase in phases if phase.piece is not None]
+    return any(left > here < right for left, here, right in zip(pieces, pieces[1:], pieces[2:], strict=False))
+
+
+def _resolved(log: _Log) -> tuple[Track, ...]:
+    """Return the part of a run that was resolved before its front was lost, if there is any."""
+    if not log.times:
+        return ()
+    run = _finished(log, "not settled")
+    known = int(np.argmax(np.append(np.abs(run.identity) > RESOLVED, True)))
+    return (run.until(known),) if known > 1 else ()
+
+
+def _finished(log: _Log, outcome: str) -> Track:
     theta, x, y = np.moveaxis(np.concatenate(log.shapes), -1, 0)
     # The tip is the tip: its rounding is that of a number, and not of an interpolation.
     front, *tip, kinetic, bending, separation, identity, work, drag = np.concatenate(log.readings).T
@@ -266,7 +302,6 @@ def _finished(log: _Log, flap: Flap, u: np.ndarray, z: np.ndarray, outcome: str)
         x=x,
         y=y,
         theta=theta,
-        spin=along(flap, u, z)(FRACTIONS * front[-1])[:, 3],
         energy=Ledger(kinetic, bending, separation, work, drag, np.zeros_like(work)),
         identity=identity,
         events=tuple(log.events),

@@ -17,7 +17,7 @@ import pytest
 
 import peel_opt as po
 from peel_opt.base.records import Schema
-from peel_opt.motion import snap as snapping
+from peel_opt.motion import tiers
 from peel_opt.motion.run import PARTS, in_parts
 from peel_opt.motion.tracking import goes_round
 from peel_opt.motion.trajectory import Happening
@@ -462,7 +462,7 @@ def test_a_bond_that_does_not_heal_stops_where_it_came_to_and_takes_its_work() -
 
 def test_runs_that_end_differently_are_as_far_apart_as_their_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the angles passed on the way say of the error is not all: one of two meshes may end elsewhere."""
-    meshed = snapping.run_on_mesh
+    meshed = tiers.run_on_mesh
 
     def sooner(*args: Any, **options: Any) -> Any:
         found = meshed(*args, **options)
@@ -471,7 +471,7 @@ def test_runs_that_end_differently_are_as_far_apart_as_their_ends(monkeypatch: p
         last = found.events[-1]._replace(kind="arrest", front=found.front[-1] - 0.7)
         return replace(found, outcome="held", events=(*found.events, last))
 
-    monkeypatch.setattr(snapping, "run_on_mesh", sooner)
+    monkeypatch.setattr(tiers, "run_on_mesh", sooner)
     run = po.snap(po.Rod.from_ratio(1.0), 0.5, bond="damage", until=20.0)
     assert run.error > 0.4  # 0.7, less what the two meshes differ by themselves
 

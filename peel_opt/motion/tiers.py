@@ -1,0 +1,210 @@
+"""A run by what computes it best: the front tracked, and a mesh where that cannot go on; each twice.
+
+What two resolutions differ by is the error of the finer one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import takewhile
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+
+from ..base.errors import NotConverged
+from .follow import beyond, taken_over
+from .mesh import LINKS, MOST, run_on_mesh
+from .run import Posture, Setting, Told, Track, Until
+from .tracking import MESHES, track
+from .trajectory import Happening
+
+#: Largest error of front and tip over eta, or of the identity, with which a finer run is not tried, by the
+#: resolution, of which each takes twice the time of the one before.
+GOOD = (0.0, 2e-6, 2e-5, 1e-3)
+
+#: Error over eta of a run on a mesh.
+MESHED = 1e-4
+
+#: By what share of the front two runs that were lost may be apart, and what share of the longer one they must
+#: have in common.
+LOST, COMMON = 1e-3, 0.8
+
+#: Length over that of the unfolded state with which a motion begins on a mesh.
+OPENED = 1.01
+
+#: Steps without which a mesh does not come to anything new.
+FEWEST = 400
+
+#: Runs that are lost before one gives in: where they must end on the plate, and where a mesh may go on.
+MOST_LOST = (2, 3)
+
+#: States that a moment between two of them is read off.
+NEAR = 4
+
+
+class Known(NamedTuple):
+    """A run, its error and that of its times."""
+
+    run: Track
+    error: float
+    time_error: float
+
+
+def best(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
+    """Run by what computes it best.
+
+    A mesh goes on where a tracked front comes down on the plate or is lost.  If hardly anything of it was
+    resolved, all is done on the mesh: from a length that is not that of the unfolded state itself, which a
+    mesh has elsewhere.
+    """
+    if setting.bond != "reversible":
+        return on_meshes(partial(run_on_mesh, setting, start, until), told)
+    beyond_contact = not (until.contact or setting.mass)
+    try:
+        known = _tracked(setting, start, replace(until, arc=beyond_contact), told)
+        if not (beyond_contact and _goes_on(known.run)):
+            return known
+        then = _gone_on(setting, known, until, told)
+        if known.run.outcome != "arc" or any(e.kind == "contact" for e in then.run.events):
+            return then
+        known = _tracked(setting, start, until, told)  # the arc rose again: the front is known better
+        return _gone_on(setting, known, until, told) if _goes_on(known.run) else known
+    except NotConverged:
+        opened = replace(start, s=OPENED * start.s)
+        # What follows the landing of a rod with mass depends on how it bounces.
+        last = replace(until, contact=until.contact or bool(setting.mass))
+        return on_meshes(partial(run_on_mesh, setting, opened, last), told)
+
+
+def on_meshes(run: Callable[..., Track], told: Told) -> Known:
+    """Run on two meshes."""
+    coarse, fine = (run(resolution=resolution, told=told) for resolution in (0, 1))
+    return Known(fine, *apart(coarse, fine))
+
+
+def _is_lost(run: Track) -> bool:
+    """Whether a run ends where its front was lost."""
+    return run.events[-1].kind == "given up"
+
+
+def _goes_on(run: Track) -> bool:
+    """Whether there is more to a motion than a tracked run of it."""
+    return run.outcome in {"contact", "arc"} or _is_lost(run)
+
+
+def _gone_on(setting: Setting, first: Known, until: Until, told: Told) -> Known:
+    """Let a mesh go on from a tracked run.
+
+    From where it takes over to the end of that run the front is known by both.
+    """
+    run, at = first.run, taken_over(setting, first.run)
+    if _is_lost(run) and FEWEST * run.front[at] > MOST[1] * LINKS[1]:
+        return first
+    then, *errors = on_meshes(partial(beyond, setting, run, at, until), told)
+    if _is_lost(run) and then.t[-1] < run.t[-1]:
+        return first
+    known = [tuple(errors), (first.error, first.time_error)]
+    landing = next((e for e in then.events if e.kind == "contact"), None)
+    if run.outcome != "contact":
+        known.append((_distance(_when(run, run.t[-1]), _when(then, run.t[-1])), 0.0))
+    elif landing is not None:
+        events = tuple(e for e in then.events if e.t <= landing.t)
+        known.append(apart(run, replace(then, events=events, outcome="contact")))
+    places, times = zip(*known, strict=True)
+    return Known(then, max(places), max(times))
+
+
+def _tracked(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
+    """Track the front at one resolution after another until two runs agree; return the finer one.
+
+    They need not agree to more digits than a mesh has where one is to go on, and may be lost there.
+
+    Raises
+    ------
+    NotConverged
+        If no two agree, or a second one is lost with too little to go on from.
+    """
+    coarse, error, lost = None, math.inf, []
+    for resolution in range(len(MESHES)):
+        try:
+            run = track(setting, start, until, resolution=resolution, told=told)
+        except NotConverged as why:
+            lost.append(why)
+            known = _in_common(setting, lost) if until.arc else None
+            if known is not None:
+                return known
+            if len(lost) == MOST_LOST[until.arc] or resolution == len(MESHES) - 1:
+                raise
+            continue
+        if coarse is not None:
+            error, time_error = apart(coarse, run)
+            missed = max(error, float(np.abs(run.identity).max()))
+            goes_on = _goes_on(run) and not (until.contact or setting.mass)
+            if missed <= max(GOOD[resolution], MESHED if goes_on else 0.0):
+                return Known(run, error, time_error)
+        coarse = run
+    raise NotConverged(
+        f"front and tip of two runs differ by {error:.1e} eta.",
+        remedy="Give a time or a rod_length to end at.",
+    )
+
+
+def _in_common(setting: Setting, lost: list[NotConverged]) -> Known | None:
+    """Return what the last two runs that were lost have in common, if it is most and no mere start."""
+    parts: list[Track] = [part for why in lost for part in why.candidates][-2:]
+    if len(parts) < 2:
+        return None
+    coarse, fine = parts
+    both = fine.t[fine.t <= coarse.t[-1]]
+    differ = [_distance(_when(coarse, t), _when(fine, t)) for t in both]
+    n = int(np.argmax(np.append(np.array(differ) > LOST * fine.front[: len(both)], True)))
+    longest = max(coarse.t[-1], fine.t[-1]) - fine.t[0]
+    if n < NEAR or both[n - 1] - fine.t[0] < COMMON * longest:
+        return None
+    fine = fine.until(n)
+    if fine.front[taken_over(setting, fine)] < OPENED * fine.front[0]:
+        return None
+    return Known(fine, *apart(coarse, fine))
+
+
+def apart(coarse: Track, fine: Track) -> tuple[float, float]:
+    """Return the largest difference of front and tip at one angle, and of times, between two runs.
+
+    Where a motion starts from a nudge its time is that of the first angle it passes: the nudge is arbitrary.
+    Two runs that end differently are as far apart as their ends.
+    """
+    named = [[e for e in run.events if e.kind == "angle"] for run in (coarse, fine)]
+    pairs = list(takewhile(lambda ab: abs(ab[0].angle - ab[1].angle) < 1e-6, zip(*named, strict=False)))
+    if coarse.outcome == fine.outcome and fine.outcome in {"not settled", "arc"}:  # one may have come further
+        t = min(coarse.t[-1], fine.t[-1])
+        pairs.append((_when(coarse, t), _when(fine, t)))
+    elif not coarse.outcome == fine.outcome == "flapping":
+        pairs.append((_end(coarse), _end(fine)))
+    if not pairs:
+        return math.nan, math.nan
+    begins = pairs[0][0].t - pairs[0][1].t
+    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact", "end of rod"}]
+    return max(_distance(a, b) for a, b in pairs), max(passed, default=0.0)
+
+
+def _distance(a: Happening, b: Happening) -> float:
+    """Return the largest difference of front and tip between two moments."""
+    return max(abs(a.front - b.front), abs(a.x - b.x), abs(a.y - b.y))
+
+
+def _end(run: Track) -> Happening:
+    """Return the moment at which a run ends."""
+    return _when(run, run.t[-1]) if run.outcome == "arc" else run.events[-1]
+
+
+def _when(run: Track, t: float) -> Happening:
+    """Return where front and tip of a run were at a time, by cubics through the states about it."""
+    last = min(max(int(np.searchsorted(run.t, t)) + 2, NEAR), len(run.t))
+    near = slice(max(last - NEAR, 0), last)
+    at = (run.front, run.tip.y, run.tip.x, run.tip.angle)
+    found = BarycentricInterpolator(run.t[near], np.array([values[near] for values in at]).T)(t)
+    return Happening("time", t, *found.tolist())
