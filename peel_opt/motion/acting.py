@@ -20,7 +20,7 @@ from ..model.mixed_bonds import Opening
 from ..model.place import Place
 from ..model.rod import Rod
 from ..model.scene import Scene
-from ..model.tips import Free, TipLoad
+from ..model.tips import Free, Middle, TipLoad
 
 #: The material points that lie between a place and the tip.
 Past = frozenset[str]
@@ -261,7 +261,7 @@ def loads_on(subject: Rod | Scene) -> Loads:
         return PRESSURE_ALONE
     left_out = {
         "a rod on a curved wall under more than a uniform pressure": not subject.has_identity,
-        "a tip that rests on its wall, or the middle of a strip": not isinstance(subject.tip, TipLoad),
+        "the middle of a strip": isinstance(subject.tip, Middle),
         "a rod that stretches": subject.stretch is not None,
         "a front with a line energy": bool(subject.line_energy),
         "an elastic layer, or a bond that resists sliding": not isinstance(subject.bond, Opening),

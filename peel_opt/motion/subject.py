@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,10 +19,11 @@ from ..equilibria.scenes import plain_law, refuse_options, solve
 from ..model.bond import COHESIVE, CohesiveLaw
 from ..model.rod import Rod, Units, require_rod
 from ..model.scene import Scene
+from ..model.tips import FREE, Contact
 from ..residual.meshes import SCENES
 from ..residual.scene_spectral import SceneDiscretisation, SceneSolution
 from .acting import Loads, loads_on
-from .departure import stretched
+from .departure import at_rest, stretched
 from .run import Posture
 
 #: Height of the tip, as a share of the largest, below which a limit point is that of a rod that touches.
@@ -115,6 +116,8 @@ class Subject:
         units, length = Units.of(self.rod), self.rod.length(float(lifted.s[-1]))
         why = "the pressure is too low" if snapping else "its rod does not snap, but grows stably"
         there = "is lifted" if lifted.theta.any() else "lies flat"
+        if lifted.theta[0] > 0.0:
+            there = "rests with its tip on the wall"
         return NoEquilibrium(
             f"this scene has no unfolded state to snap from at p = {pressure:.6g} {units.pressure}: {why}. It"
             f" {there} there, with sbar = {length:.6g} {units.length}.",
@@ -124,17 +127,27 @@ class Subject:
     def lifted(self, pressure: float) -> Posture | None:
         """Return the stable state that goes on from the attached rod at a pressure [Pa].
 
-        That of an edge which nothing lifts off the plate lies flat.  None where there is none.
+        That of an edge which nothing lifts off the plate lies flat, and a rod that curls into its wall rests
+        there with its tip.  None where there is none.
         """
-        if self.scene is None or not self._branch.rises:
+        if self.scene is None:
             return None
+        if self.scene.imposed_curvature < 0.0:
+            return self._solved(replace(self.scene, tip=Contact()), pressure)
         branch = self._branch
+        if not branch.rises:
+            return None
         least = branch.family.loading(branch.points[0])
         if self.loads.unbonded and branch.ends[0] == "rest" and self.rod.pressure_ratio(pressure) <= least:
             s = np.linspace(0.0, self.loads.unbonded)
             return Posture(s, np.zeros_like(s), np.zeros_like(s))
+        return self._solved(self.scene, pressure)
+
+    @staticmethod
+    def _solved(scene: Scene, pressure: float) -> Posture | None:
+        """Return the lifted state of a scene, None where there is none."""
         try:
-            state = solve(self.scene, free="length", pressure=pressure, state="lifted")
+            state = solve(scene, free="length", pressure=pressure, state="lifted")
         except (NoEquilibrium, NotConverged):
             return None
         return stretched(state, state.length_ratio)
@@ -183,6 +196,8 @@ def subject_of(given: Rod | Scene, law: str | CohesiveLaw) -> Subject:
     if not isinstance(given, Scene):
         return Subject(require_rod(given), law)
     refuse_options(law=law)
+    if isinstance(given.tip, Contact):  # which is free to leave the wall
+        given = replace(given, tip=FREE)
     subject = Subject(given.rod, plain_law(given)) if given.is_plain else Subject(given.rod, "auto", given)
     _ = subject.loads  # which may refuse it
     return subject
@@ -198,5 +213,5 @@ def _posture(point: Point) -> Posture:
     """Return the shape of a point of a scene's branch."""
     assert isinstance(point.problem, SceneDiscretisation)
     shape = SceneSolution(point.problem, point.x, point.problem.settings.scene.bond.law).shape()
-    s = shape.xi * point.scalars.sigma
-    return Posture(s, shape.theta, np.zeros_like(s))
+    scene, sbar = point.problem.settings.scene, point.scalars.sigma
+    return at_rest(shape, sbar, float(scene.wall.curvature_of(scene.numbers)), sbar)

@@ -75,7 +75,7 @@ def test_a_natural_curvature_and_a_moment_bend_the_tip_alike():
         ({"line_energy": 0.1}, "line energy"),
         ({"line_energy": 0.1, "stretch": 10.0}, "stretches"),
         ({"law": po.ShearSprings(1.0)}, "sliding"),
-        ({"tip": po.Contact(), "natural_curvature": -0.1}, "tip"),
+        ({"tip": po.Blister(ROD, slack=0.1).tip}, "middle of a strip"),
     ],
 )
 def test_scenes_whose_motion_is_not_computed_are_refused(part, named):

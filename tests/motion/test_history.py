@@ -254,3 +254,14 @@ def test_a_run_that_ends_before_the_other_counts_in_the_error(monkeypatch: pytes
     monkeypatch.setattr("peel_opt.motion.history.carried", cut)
     run = po.history(ROD, pressure=([0.0, 6.0], [0.5, 0.5]))
     assert run.error >= abs(run.front[-1] - tracks[0].front[-1]) > 0.3
+
+
+@pytest.mark.slow
+def test_a_strip_that_curls_into_its_wall_rests_there_while_the_pressure_rises() -> None:
+    scene = po.Scene(po.Rod.from_ratio(1.0), wall=po.Circle(0.1))
+    loaded = po.history(scene, pressure=([0, 400, 600], [0.3, 0.8, 0.8]))
+    known = po.solve(po.Scene(scene.rod, wall=scene.wall, tip=po.Contact()), free="length", pressure=0.8)
+    assert loaded.front[-1] == pytest.approx(known.length, abs=2.0 * loaded.error)
+    assert loaded.error < 0.05
+    assert loaded.tip.y.max() < 1e-4
+    assert not [event for event in loaded.events if event.kind == "lift"]

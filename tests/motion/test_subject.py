@@ -116,3 +116,16 @@ def test_a_shape_is_lengthened_as_it_is() -> None:
     longer = lengthened(flat, 1.5)
     assert longer.s[-1] == 1.5
     np.testing.assert_array_equal(longer.theta, flat.theta)
+
+
+def test_a_rod_that_curls_into_its_wall_begins_with_its_tip_on_it() -> None:
+    wall = po.Circle(0.1)
+    resting = po.solve(po.Scene(ROD, wall=wall, tip=po.Contact()), free="length", pressure=0.6)
+    for tip in (po.Scene(ROD).tip, po.Contact()):
+        what = subject_of(po.Scene(ROD, wall=wall, tip=tip), "auto")
+        start = what.lifted(0.6)
+        assert start is not None
+        assert start.s[-1] == resting.length
+        # Its angle counts from where it lay: down, at the tip.
+        assert start.theta[0] == pytest.approx(resting.tip_angle + 0.1 * resting.length, abs=1e-12)
+        assert start.theta[-1] == 0.0
