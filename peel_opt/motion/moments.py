@@ -270,7 +270,7 @@ def begun(chain: Chain, start: Posture, longest: float) -> Moment:
     along = np.stack([np.cos(phi), np.sin(phi)])
     x, y = _from_the_end(along, chain.end(n), chain.link)
     gap = chain.arc.above(x, y).gap
-    u[:, X], u[:, Z], u[:, THETA] = chain.arc.place(x, y), np.where(gap > 0.0, gap, -1.0), theta
+    u[:, X], u[:, Z], u[:, THETA] = chain.arc.place(x, y), np.where(gap > TINY, gap, -1.0), theta
     v = _from_the_end(spin * np.stack([-along[1], along[0]]), (0.0, 0.0), chain.link)
     if not chain.mass:
         v[:] = 0.0
