@@ -68,8 +68,8 @@ def snap(
     Parameters
     ----------
     rod : Rod or Scene
-        A scene on a flat plate under a vertical law: with any loads, an edge without glue, a free or loaded
-        tip, a natural curvature.
+        A scene under a law in the gap alone: with any loads, an edge without glue, a free or loaded
+        tip, a natural curvature; on a curved wall under a uniform pressure.
     pressure : float
         p [Pa]; the attached rod must bear it, with what else pulls on it: a uniform one is below T0.
     flaw : float, optional

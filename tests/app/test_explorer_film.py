@@ -37,7 +37,6 @@ def silent(_done: int, _total: int | None) -> None:
         (LETS_GO.changed(label="folded"), "nothing grows about this state: it does not snap"),
         (LETS_GO.at(0.2), "no unfolded equilibrium at p/T0 = 0.2"),
         (LETS_GO.at(1.0), "fails everywhere at once"),
-        (LETS_GO.staged("wall"), "the motion of a wall that is not flat"),
         (State(lam=1.0), "the linear law has no end at y0"),
     ],
 )

@@ -339,7 +339,7 @@ def test_above_what_an_edge_holds_it_is_let_go_where_it_snaps() -> None:
 @pytest.mark.parametrize(
     ("asked", "kind", "says"),
     [
-        ({"rod": po.Scene(ONE, wall=po.Circle(-0.1), natural_curvature=-0.1)}, po.InvalidInput, "not flat"),
+        ({"rod": po.Scene(ONE, [po.Weight(0.1)], po.Circle(-0.1))}, po.InvalidInput, "curved wall"),
         ({"rod": po.Scene(ONE, line_energy=0.1)}, po.InvalidInput, "line energy"),
         ({"law": "linear"}, po.InvalidInput, "its own law"),
         ({"flaw": 0.9}, po.InvalidInput, "shorter than the edge that was never glued, 1 eta"),
