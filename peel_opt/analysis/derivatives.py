@@ -1,12 +1,21 @@
-"""`Sensitivities`: derivatives of one number by all that it depends on, with their errors and units."""
+"""`Sensitivities`: derivatives of one number by all that it depends on, with their errors and units.
+
+The number is U F(r, q), with r = eta/y0 and q what it depends on over U_q.  U and U_q are powers of T0 and
+of eta = (k/T0)^(1/3): one gradient of F has the derivatives by k, T0 and y0 too.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..base.errors import InvalidInput
 from ..base.units import display
+from ..model.dimension import RATIO_POWERS, Dimension
+from ..model.rod import MATERIAL, UNITS, Rod
 
 
 @dataclass(frozen=True)
@@ -88,3 +97,51 @@ class Sensitivities:
     def _shown(self, name: str, value: float) -> str:
         unit = self.units[name]
         return display(value, unit, 5) if unit in ("Pa", "m", "N m") else f"{value:.6g} {unit}".strip()
+
+
+def in_units(
+    rod: Rod,
+    of: str,
+    value: tuple[Dimension, float],
+    on: Mapping[str, tuple[Dimension, float]],
+    dimensionless: dict[str, float],
+    errors: np.ndarray,
+) -> Sensitivities:
+    """Return the derivatives of U F(r, q) in the units of a rod, by its material numbers and by what q is of.
+
+    Parameters
+    ----------
+    value : tuple of Dimension and float
+        What U is, and F.
+    on : mapping of str to tuple of Dimension and float
+        What each q is of: what U_q is, and the number in the units of the rod.
+    dimensionless : dict of float
+        The gradient of F by r and by each q, in their order.
+    errors : ndarray
+        Of this gradient.
+    """
+    (dimension, F), slopes = value, np.array(list(dimensionless.values()))
+    kinds, numbers = [kind for kind, _ in on.values()], np.array([number for _, number in on.values()])
+    material = np.array([getattr(rod, name) for name in MATERIAL])
+    U, sizes = dimension.size(rod), np.array([kind.size(rod) for kind in kinds])
+    # d log / d log k, T0, y0 of r and of q, times these.
+    of_q = [-q * kind.powers for kind, q in zip(kinds, numbers / sizes, strict=True)]
+    response = np.column_stack([rod.ratio * RATIO_POWERS, *of_q])
+
+    def each(by_material: np.ndarray, by_number: np.ndarray) -> dict[str, float]:
+        return dict(zip((*MATERIAL, *on), [*by_material.tolist(), *by_number.tolist()], strict=True))
+
+    names = dict.fromkeys(MATERIAL, "") if rod.dimensionless else UNITS
+    return Sensitivities(
+        of=of,
+        value=U * F,
+        parameters=each(material, numbers),
+        derivatives=each(U * (F * dimension.powers + response @ slopes) / material, U * slopes[1:] / sizes),
+        errors=each(U * (np.abs(response) @ errors) / material, U * errors[1:] / sizes),
+        dimensionless=dimensionless,
+        units={
+            **names,
+            **{name: kind.unit_of(rod) for name, (kind, _) in on.items()},
+            of: dimension.unit_of(rod),
+        },
+    )

@@ -4,8 +4,7 @@ With v the solution of J^T v = df/dx, where J is the residual of the scene borde
 
     df = - v . (R_q dq + E_given d(given)),
 
-with q all known numbers of the scene over their units of T0 and eta.  As eta = (k/T0)^(1/3), the same
-gradient has the derivatives by k, T0 and y0.
+with q all known numbers of the scene over their units of T0 and eta.
 """
 
 from __future__ import annotations
@@ -16,14 +15,12 @@ from ..base.errors import AtFold
 from ..base.threads import one_thread
 from ..equilibria.result import Equilibrium
 from ..equilibria.scene_question import COMMON, SceneQuestion
-from ..model.dimension import RATIO_POWERS
-from ..model.rod import MATERIAL, UNITS
 from ..model.scene import Scene
 from ..residual.linear import Linearised
 from ..residual.scene_spectral import SceneDiscretisation
 from ..residual.shape import Solution
 from ..residual.solved_again import solved_again
-from .derivatives import Sensitivities
+from .derivatives import Sensitivities, in_units
 from .surface import UNKNOWN
 
 #: Times the difference of two meshes that is reported, and what one solve loses to rounding, relatively.
@@ -52,7 +49,10 @@ def sensitivities_of_scene(eq: Equilibrium) -> Sensitivities:
     errors = {name: SAFE * abs(rate - coarse[name]) + ROUNDING * size for name, rate in fine.items()}
     if not max(errors.values()) <= UNKNOWN * size:
         raise _at_fold(question)
-    return _in_units(eq, question, fine, errors)
+    rod, own, kinds = eq.scene.rod, eq.scene.numbers | given, eq.scene.dimensions | COMMON
+    on = {name: (kinds[name], own[name] * kinds[name].size(rod)) for name in fine if name != "ratio"}
+    value = question.dimension, eq.answer
+    return in_units(rod, free, value, on, fine, np.array([errors[name] for name in fine]))
 
 
 def _gradient(question: SceneQuestion, problem: object, x: np.ndarray) -> dict[str, float]:
@@ -68,38 +68,8 @@ def _gradient(question: SceneQuestion, problem: object, x: np.ndarray) -> dict[s
     by_numbers = -adjoint[:-closures] @ problem.by_numbers(x)
     found = dict(zip(problem.settings.given, by_numbers.tolist(), strict=True))
     rates = {name: found[name] for name in question.scene.numbers if name != question.free}
-    return rates | dict(zip((c.kind for c in question.closures), by_given.tolist(), strict=True))
-
-
-def _in_units(
-    eq: Equilibrium, question: SceneQuestion, rates: dict[str, float], errors: dict[str, float]
-) -> Sensitivities:
-    """Chain rule: value = U F(r, q), with q = v/U_q, where U and U_q are powers of T0 and eta."""
-    scene, rod = question.scene, question.scene.rod
-    own = {name: scene.numbers[name] for name in scene.numbers if name != question.free} | question.given
-    kinds = {name: COMMON.get(name) or scene.dimensions[name] for name in own}
-    material = np.array([getattr(rod, name) for name in MATERIAL])
-    U, F = question.dimension.size(rod), eq.answer
-    # d log / d log k, T0, y0 of what the value is made of.
-    response = {"ratio": rod.ratio * RATIO_POWERS} | {name: -own[name] * kinds[name].powers for name in own}
-    slopes = U * (F * question.dimension.powers + sum(rates[n] * part for n, part in response.items()))
-    doubts = U * sum(errors[name] * np.abs(part) for name, part in response.items())
-    sizes = {name: kind.size(rod) for name, kind in kinds.items()}
-    named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else dict(UNITS)
-    return Sensitivities(
-        of=question.free,
-        value=U * F,
-        parameters=dict(zip(MATERIAL, material.tolist(), strict=True))
-        | {name: value * sizes[name] for name, value in own.items()},
-        derivatives=dict(zip(MATERIAL, (slopes / material).tolist(), strict=True))
-        | {name: U * rates[name] / size for name, size in sizes.items()},
-        errors=dict(zip(MATERIAL, (doubts / material).tolist(), strict=True))
-        | {name: U * errors[name] / size for name, size in sizes.items()},
-        dimensionless=rates,
-        units=named
-        | {name: kind.unit_of(rod) for name, kind in kinds.items()}
-        | {question.free: question.dimension.unit_of(rod)},
-    )
+    ratio, *given = zip((c.kind for c in question.closures), by_given.tolist(), strict=True)
+    return dict([ratio]) | rates | dict(given)
 
 
 def _at_fold(question: SceneQuestion) -> AtFold:

@@ -1,8 +1,7 @@
 """Sensitivities: how an answer moves with the rod's material numbers and with what was given.
 
-All of the problem is two numbers, P = f(eta/y0, sbar/eta); `solution_surface` differentiates f
-exactly and the chain rule does the rest.  With eta = (k/T0)^(1/3), one gradient of f gives the
-derivatives with respect to k, T0, y0 and the given length or pressure together.
+All of the problem is two numbers, P = f(eta/y0, sbar/eta); `surface` differentiates f exactly and the
+chain rule does the rest.
 """
 
 from __future__ import annotations
@@ -10,14 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.errors import InvalidInput
-from ..equilibria.question import ASKS, Measure, answering, known_law
+from ..equilibria.question import ASKS, answering, known_law
 from ..equilibria.result import Equilibrium
 from ..model.bond import COHESIVE, CohesiveLaw
-from ..model.dimension import RATIO_POWERS
-from ..model.rod import MATERIAL, UNITS, Rod
+from ..model.rod import Rod
 from ..residual.scene_spectral import SceneDiscretisation
 from ..residual.shape import Solution
-from .derivatives import Sensitivities
+from .derivatives import Sensitivities, in_units
 from .limits import LIMITS
 from .scene_sensitivities import sensitivities_of_scene
 from .surface import Gradient, gradient
@@ -72,8 +70,9 @@ def sensitivities(
                 remedy=f"Give of= one of {', '.join(map(repr, LIMITS))}, or an equilibrium.",
             )
         limit = LIMITS[of]
-        gradient_of = limit.differentiate(subject.ratio, known_law(law) or COHESIVE)
-        return _of_rod(subject, of, ASKS[limit.kind].given, gradient_of)
+        found = limit.differentiate(subject.ratio, known_law(law) or COHESIVE)
+        value = ASKS[limit.kind].given.dimension, found.value
+        return in_units(subject, of, value, {}, {"ratio": float(found.derivatives[0])}, found.errors)
     if of is not None:
         raise InvalidInput(f"of={of!r} belongs to a rod; an equilibrium has one answer.")
     if law != "auto":
@@ -98,46 +97,9 @@ def sensitivities(
         return _of_groups(subject, found)
     name = asks.given.name
     held = subject.given[name] if name in subject.given else getattr(subject, name)
-    return _of_rod(subject.rod, asks.asked.name, asks.asked, found, asks.given, held)
-
-
-def _of_rod(
-    rod: Rod, of: str, measure: Measure, found: Gradient, given: Measure | None = None, held: float = 0.0
-) -> Sensitivities:
-    """Chain rule: value = U F(r, g), U its unit, r = eta/y0, and g = given over its unit.
-
-    Parameters
-    ----------
-    measure : Measure
-        What the value is.
-    found : Gradient
-        Of F by r, and by g if something was given.
-    given : Measure or None
-    held : float
-        The given number, in the units of the rod.
-    """
-    material = np.array([getattr(rod, name) for name in MATERIAL])
-    U, F = measure.from_ratio(rod, 1.0), found.value
-    # d log / d log k, T0, y0 of what the value is made of, times the value.
-    response = np.outer(RATIO_POWERS, found.given[:1])
-    if given is not None:
-        response = np.column_stack([response, -given.dimension.powers * found.given[1]])
-    slopes = U * (F * measure.dimension.powers + response @ found.derivatives) / material
-    errors = U * (np.abs(response) @ found.errors) / material
-    derivatives = dict(zip(MATERIAL, slopes.tolist(), strict=True))
-    bounds = dict(zip(MATERIAL, errors.tolist(), strict=True))
-    parameters = dict(zip(MATERIAL, material.tolist(), strict=True))
-    dimensionless = {"ratio": float(found.derivatives[0])}
-    named = dict.fromkeys(MATERIAL, "") if rod.dimensionless else UNITS
-    labels = {**named, of: measure.dimension.unit_of(rod)}
-    if given is not None:
-        per = U / given.from_ratio(rod, 1.0)
-        derivatives[given.name] = float(per * found.derivatives[1])
-        bounds[given.name] = float(per * found.errors[1])
-        parameters[given.name] = held
-        dimensionless[given.attribute] = float(found.derivatives[1])
-        labels[given.name] = given.dimension.unit_of(rod)
-    return Sensitivities(of, U * F, parameters, derivatives, bounds, dimensionless, labels)
+    rates = dict(zip(("ratio", asks.given.attribute), found.derivatives.tolist(), strict=True))
+    value, on = (asks.asked.dimension, found.value), {name: (asks.given.dimension, held)}
+    return in_units(subject.rod, asks.asked.name, value, on, rates, found.errors)
 
 
 def _of_groups(eq: Equilibrium, found: Gradient) -> Sensitivities:
