@@ -23,7 +23,7 @@ from ..residual.closures import Closure
 from ..residual.meshes import SNAPS
 from ..residual.scene_spectral import SceneProfile, SceneSpectral
 from ..residual.spectral import Spectral
-from .unbonded import LARGEST, ROUNDING, TOUCHING, critical_flaw, safe_pressure
+from .unbonded import ROUNDING, TOUCHING, certified, critical_flaw, safe_pressure
 
 #: Secant steps, the first of them over the length, and at which step they end.
 STEPS, FIRST, LAST = 10, 1e-3, 1e-8
@@ -104,10 +104,8 @@ class NearbySnaps:
             if not family.suits(point.profile, point.problem) or point.scalars.A >= TOUCHING:
                 raise NotConverged("the edge that was found is another.")
             start = point.profile  # type: ignore[assignment]
-        missed = point.problem.certificate(point.x)  # type: ignore[attr-defined]
         error = abs(values[1] - values[0]) + ROUNDING
-        if max(error, missed) > LARGEST:
-            raise NotConverged(f"the error {error:.1e} or the certificate {missed:.1e} exceeds {LARGEST:g}.")
+        certified(point, error)
         self._known.append(_Known(np.log([ratio, given]), start))
         return values[1], error
 

@@ -21,9 +21,9 @@ from ..model.scene import Scene
 from ..model.tips import TipLoad
 from ..residual.closures import Closure
 from ..residual.meshes import SNAPS
-from ..residual.scene_spectral import SceneDiscretisation, SceneSpectral
+from ..residual.scene_spectral import SceneSpectral
 from ..residual.spectral import Spectral
-from .unbonded import LARGEST, ROUNDING
+from .unbonded import LARGEST, ROUNDING, certified
 
 #: Detached length beyond the arm at which a peel is steady: cohesive zones, and lengths sqrt(k/F) over which
 #: a pulled rod turns into the direction of its pull.
@@ -236,15 +236,8 @@ def initiation_force(
         raise NotConverged("the peak of the force was lost on a finer mesh.", remedy="Give another arm.")
     ratio = fine.loading(again.point)
     error = abs(ratio - coarse.loading(peak.point)) + ROUNDING
-    problem, s = again.point.problem, again.point.scalars
-    assert isinstance(problem, SceneDiscretisation)
-    missed = problem.certificate(again.point.x)
-    if max(error, missed) > LARGEST:
-        raise NotConverged(
-            f"the error {error:.1e} or the certificate {missed:.1e} of this peak exceeds {LARGEST:g}.",
-            remedy="Give a slightly different arm or angle.",
-        )
-    size = FORCE.size(rod)
+    missed = certified(again.point, error, " of this peak", remedy="Give a slightly different arm or angle.")
+    s, size = again.point.scalars, FORCE.size(rod)
     return PeelPeak(
         force=size * ratio,
         long_arm_force=steady,

@@ -18,6 +18,7 @@ import numpy as np
 from ..base.checks import positive
 from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
 from ..base.threads import one_thread
+from ..continuation.points import Point
 from ..continuation.scene_family import SceneBranch, SceneFamily, entered_branch, scene_branches
 from ..continuation.special import Located
 from ..model.bond import CohesiveLaw
@@ -293,17 +294,27 @@ def touching_stretch() -> float:
     return float(brentq(level, *TOUCHES, xtol=1e-15, rtol=1e-14))
 
 
+def certified(point: Point, error: float, of: str = "", *, remedy: str = "") -> float:
+    """Return the certificate of a state of a scene, if neither it nor the error of the answer is too large.
+
+    Raises
+    ------
+    NotConverged
+        If one of them is.
+    """
+    assert isinstance(point.problem, SceneDiscretisation)
+    missed = point.problem.certificate(point.x)
+    if max(error, missed) > LARGEST:
+        raise NotConverged(
+            f"the error {error:.1e} or the certificate {missed:.1e}{of} exceeds {LARGEST:g}.", remedy=remedy
+        )
+    return missed
+
+
 def _limit(scene: Scene, found: list[Located], answers: list[float], flaw: float) -> FlawLimit:
     rod, s = scene.rod, found[-1].point.scalars
     error = abs(answers[1] - answers[0]) + ROUNDING
-    problem = found[-1].point.problem
-    assert isinstance(problem, SceneDiscretisation)
-    missed = problem.certificate(found[-1].point.x)
-    if max(error, missed) > LARGEST:
-        raise NotConverged(
-            f"the error {error:.1e} or the certificate {missed:.1e} of this snap exceeds {LARGEST:g}.",
-            remedy="Give a slightly different edge.",
-        )
+    missed = certified(found[-1].point, error, " of this snap", remedy="Give a slightly different edge.")
     return FlawLimit(
         pressure=rod.pressure(s.pressure_ratio),
         flaw=rod.length(flaw),
