@@ -312,7 +312,7 @@ class Chain:
         shrink slowly.
         """
         stiffness = stage.stiffness(self)
-        u = _pressed(u, 1.0 / stiffness)
+        u = self._counted(u, 1.0 / stiffness)
         free, factors, last, diagonals = u[:, Z] > 0.0, None, 1.0, self.diagonals
         for _ in range(most):
             if factors is None:
@@ -334,15 +334,16 @@ class Chain:
             same = not np.any(turned & (np.abs(u[:, Z]) > tol))
             # The next correction is less than this one times what this one is of the last.
             if same and (size < tol or (shrunk < SLOW and size * shrunk < tol)):
-                return _pressed(u, stiffness)
+                return self._counted(u, stiffness)
             if turned.any() or shrunk > SLOW:
                 factors = None
             last = size
         return None
 
-
-def _pressed(u: np.ndarray, factor: float) -> np.ndarray:
-    """Count the contact forces in another unit."""
-    u = u.copy()
-    u[:, Z] = np.where(u[:, Z] < 0.0, factor * u[:, Z], u[:, Z])
-    return u
+    def _counted(self, u: np.ndarray, factor: float) -> np.ndarray:
+        """Count the contact forces, and that of a lift, in another unit."""
+        u, force = u.copy(), u[:, Z] < 0.0
+        if self.tip_at is not None:
+            force[0] = True
+        u[force, Z] *= factor
+        return u

@@ -106,7 +106,7 @@ def carried(
         end = min(lift.end, until.time) if lift else until.time
         before, at = at, pacer.taken(chain, at, end, pressure, lift)
         held = chain if lift is None else replace(chain, tip_at=float(at.y[0]))
-        kept.add(at, pressure(at.t), spent(held, before, at, pressure))
+        kept.add(at, pressure(at.t), spent(held, before, at, pressure), held)
         if told is not None:
             told(at.t)
         front = kept.rows[-1][1]

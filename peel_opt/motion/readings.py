@@ -101,10 +101,11 @@ class Recorder:
         self.spent = Spent()
         self.speeds: list[tuple[float, float]] = []
         self.turns: list[float] = []
+        self.rises = 0.0
         self.up = -math.inf
 
-    def add(self, at: Moment, pressure: float, spent: Spent) -> None:
-        """Keep a moment."""
+    def add(self, at: Moment, pressure: float, spent: Spent, held: Chain | None = None) -> None:
+        """Keep a moment, of a chain whose tip is ``held`` by a lift or not."""
         chain, u, n = self.chain, at.u, len(at.u)
         self.spent = Spent(self.spent.work + spent.work, self.spent.drag + spent.drag)
         w, theta, memory = chain.share(n), u[:, THETA], chain.memory
@@ -120,7 +121,7 @@ class Recorder:
             *self.spent,
             float(glued @ memory.lost(at.open_to)),
         )
-        identity = missed(chain, at, pressure)
+        identity = missed(held or chain, at, pressure)
         self.rows.append([at.t, front, at.y[0], u[0, X], angle, *energies, identity])
         s = np.linspace(0.0, front, POINTS)
         nodes = chain.h * np.arange(n)
@@ -167,9 +168,10 @@ class Recorder:
 
     def repeats(self) -> bool:
         """Whether the tip goes up and down as far as it did the last times."""
-        heights = np.array([row[2] for row in self.rows[-3:]])
-        if len(heights) == 3 and (heights[1] - heights[0]) * (heights[2] - heights[1]) < 0.0:
-            self.turns.append(float(heights[1]))
+        before, now = (row[2] for row in self.rows[-2:])
+        if (now - before) * self.rises < 0.0:
+            self.turns.append(before)
+        self.rises = now - before or self.rises  # a tip that lies has not turned yet
         swings = np.abs(np.diff(self.turns[-2 * CYCLES :]))
         if len(swings) < 2 * CYCLES - 1 or swings.min() < SWING * max(self.turns):
             return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -11,11 +12,11 @@ import pytest
 import peel_opt as po
 from peel_opt.model.bond import COHESIVE, LINEAR
 from peel_opt.motion.acting import loads_on
-from peel_opt.motion.chain import THETA, UNKNOWNS, Chain
+from peel_opt.motion.chain import THETA, UNKNOWNS, Chain, Z
 from peel_opt.motion.memory import Memory
 from peel_opt.motion.mesh import carried, chain_of, run_on_mesh
 from peel_opt.motion.moments import Moment, begun, step
-from peel_opt.motion.readings import at_rest_in
+from peel_opt.motion.readings import Recorder, at_rest_in, missed
 from peel_opt.motion.run import Posture, Setting, Until
 from peel_opt.motion.tracking import track as track_front
 
@@ -82,6 +83,7 @@ def test_orbits_are_those_of_front_tracking_and_come_nearer_on_a_finer_mesh(cell
     assert fine.tip.y[-1] == pytest.approx(eq.tip_height, abs=5e-3)
 
 
+@cache
 def warm() -> tuple[Chain, Moment]:
     """A rod well on its way, on a coarse mesh."""
     chain = Chain(0.1, Memory(COHESIVE, 0.3), 0.0, 1.0)
@@ -421,3 +423,22 @@ def test_a_load_that_grows_ahead_of_the_front_does_not_act_there():
     grows = po.Scene(po.Rod.from_ratio(1.0), [po.Pressure(lambda at: ca.exp(0.1 * at.x))], unbonded=1.0)
     eq = po.solve(grows, free="length", pressure=0.9, state="folded")
     assert run_scene(grows, 0.9).front[-1] == pytest.approx(eq.length_ratio, abs=2e-3)
+
+
+def test_a_tip_that_lies_for_a_while_and_rises_again_has_turned_there():
+    kept, told = Recorder(Chain(0.1, Memory(COHESIVE, 1.0), 0.0, 1.0)), []
+    for height in [0.0, 0.5, 1.0, 0.4, 0.0, 0.0] * 8:
+        kept.rows.append([0.0, 0.0, height])
+        told.append(len(kept.rows) > 1 and kept.repeats())
+    assert kept.turns == [1.0, 0.0] * 7 + [1.0]
+    assert told.index(True) == 6 * 4 + 1  # eight turns
+
+
+def test_what_holds_a_tip_down_counts_in_the_identity():
+    chain, at = warm()
+    held = replace(chain, tip_at=float(at.y[0]))
+    for _ in range(8):  # in which the rod comes to rest but for its tip
+        at = step(held, at, 0.2, 0.9)
+    assert at.u[0, Z] > 0.3  # as a force per length of the tip's half link
+    assert abs(missed(chain, at, 0.9)) > 0.01
+    assert abs(missed(held, at, 0.9)) < 2e-3
