@@ -200,13 +200,16 @@ def _begun(asked: _Asked, flaw: float | None, start: Equilibrium | None) -> tupl
     if start is not None:
         _require_state_of(asked.rod, start)
         asked.subject.require_holds(asked.pressure, start.length_ratio)
+        _require_edge_in(asked, "start", start.length_ratio)
         if start.pressure_ratio != asked.setting.pressure or start.scene != asked.subject.scene:
             return stretched(start, start.length_ratio), math.nan
         left = departure(asked.setting, start)
         return left.posture, left.growth
     begin = asked.subject.unstable(asked.pressure)
     if flaw is not None:
-        return lengthened(begin.posture, _length_of(asked, flaw)), math.nan
+        length = asked.rod.length_ratio(flaw)
+        _require_edge_in(asked, "flaw", length)
+        return lengthened(begin.posture, length), math.nan
     if begin.state is None:
         return begin.posture, math.nan
     if asked.setting.bond != "reversible":
@@ -227,17 +230,15 @@ def _require_state_of(rod: Rod, start: object) -> None:
         loads_on(start.scene)
 
 
-def _length_of(asked: _Asked, flaw: float) -> float:
-    """Return a detached length over eta, which an edge without glue is a part of."""
-    length, bare = asked.rod.length_ratio(flaw), asked.setting.loads.unbonded
-    if length < bare:
-        units = Units.of(asked.rod)
+def _require_edge_in(asked: _Asked, named: str, length: float) -> None:
+    """Raise unless an edge without glue is a part of what is detached at the start."""
+    if length < (bare := asked.setting.loads.unbonded):
+        units, rod = Units.of(asked.rod), asked.rod
         raise InvalidInput(
-            f"flaw = {flaw:.6g} {units.length} is shorter than the edge that was never glued,"
-            f" {asked.rod.length(bare):.6g} {units.length}, which is detached with it.",
-            remedy="flaw is a detached length at the start.",
+            f"{named} has {rod.length(length):.6g} {units.length} detached, less than the edge that was never"
+            f" glued, {rod.length(bare):.6g} {units.length}, which is always a part of it.",
+            remedy="Begin with more.",
         )
-    return length
 
 
 def _until(until: str | float, asked: _Asked) -> Until:

@@ -342,7 +342,7 @@ def test_above_what_an_edge_holds_it_is_let_go_where_it_snaps() -> None:
         ({"rod": po.Scene(ONE, [po.Weight(0.1)], po.Circle(-0.1))}, po.InvalidInput, "curved wall"),
         ({"rod": po.Scene(ONE, line_energy=0.1)}, po.InvalidInput, "line energy"),
         ({"law": "linear"}, po.InvalidInput, "its own law"),
-        ({"flaw": 0.9}, po.InvalidInput, "shorter than the edge that was never glued, 1 eta"),
+        ({"flaw": 0.9}, po.InvalidInput, "less than the edge that was never glued, 1 eta"),
         ({"pressure": 0.1}, po.NoEquilibrium, "pressure is too low. It is lifted there"),
         ({"pressure": 1.1}, po.OutOfRange, "pulled off with 1.1 T0 at its front"),
         ({"pressure": 1.1, "flaw": 4.0}, po.OutOfRange, "pulled off"),
@@ -363,6 +363,8 @@ def test_a_state_of_another_scene_must_be_one_that_moves() -> None:
         po.snap(EDGE, 0.2, start=replace(state, scene="Scene(...)"))
     with pytest.raises(po.InvalidInput, match="line energy"):
         po.snap(EDGE, 0.2, start=replace(state, scene=po.Scene(ONE, line_energy=0.1)))
+    with pytest.raises(po.InvalidInput, match="less than the edge"):
+        po.snap(po.Scene(ONE, unbonded=5.0), 0.2, start=state)
 
 
 @pytest.mark.slow
