@@ -211,7 +211,7 @@ def history(
     drag : float, optional
         Force per area and speed [Pa s/m].  Without it times are in c eta/T0.
     rod_length : float, optional
-        Of the whole rod [m]; long enough if not given.
+        Of the whole rod [m]; long enough if not given, on a circle once around it.
     progress : None, bool or callable
         By default a bar on stderr after a second, if that is a terminal.
 
@@ -248,9 +248,7 @@ def history(
     load = _borne(subject, given, float(posture.s[-1]))
     for t in looks:
         load(float(t))
-    longest = math.inf
-    if rod_length is not None:
-        longest = rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
+    longest = subject.longest(rod_length)
     setting = Setting(rod.ratio, subject.bond_law, load(0.0), 0.0, 1.0, bond, longest, subject.loads)
     require_attached(posture, setting)
     until = Until(end, contact=False, arrest=False)

@@ -89,7 +89,7 @@ def snap(
     until : {"arrest", "contact"}, float or str
         When to stop: at rest, at the first touch of the plate, or at a time.
     rod_length : float, optional
-        Of the whole rod [m]; long enough if not given.
+        Of the whole rod [m]; long enough if not given, on a circle once around it.
     progress : None, bool or callable
         By default a bar on stderr after a second, if that is a terminal.
 
@@ -174,11 +174,7 @@ def _asked(
     rho, c = resistance(rod, mass, drag)
     scale = rod.eta / rod.adhesion_strength
     unit = math.sqrt(rho * scale) if rho else c * scale
-    length = (
-        math.inf
-        if rod_length is None
-        else rod.length_ratio(positive("rod_length", rod_length, "" if rod.dimensionless else "m"))
-    )
+    length = what.longest(rod_length)
     setting = Setting(
         rod.ratio,
         what.bond_law,

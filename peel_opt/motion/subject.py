@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..base.errors import NoEquilibrium, NotConverged, OutOfRange
+from ..base.checks import positive
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, OutOfRange
 from ..continuation.points import Point
 from ..continuation.scene_family import SceneBranch, relative_height, scene_branches
 from ..equilibria.ask import length_given_pressure
@@ -151,6 +153,29 @@ class Subject:
         except (NoEquilibrium, NotConverged):
             return None
         return stretched(state, state.length_ratio)
+
+    def longest(self, rod_length: float | None) -> float:
+        """Return the length of the whole rod, over eta, of one that is given [m] or is long enough.
+
+        Raises
+        ------
+        InvalidInput
+            If it is not positive, or goes around the circle that it lies on more than once.
+        """
+        units, bent = Units.of(self.rod), abs(self.loads.wall_curvature)
+        around = 2.0 * math.pi / bent if bent else math.inf
+        if rod_length is None:
+            return around
+        length = self.rod.length_ratio(
+            positive("rod_length", rod_length, "" if self.rod.dimensionless else "m")
+        )
+        if length > around:
+            raise InvalidInput(
+                f"a rod of {self.rod.length(length):.6g} {units.length} goes around its wall more than once,"
+                f" on {self.rod.length(around):.6g} {units.length}.",
+                remedy="Give a shorter rod_length, or leave it out.",
+            )
+        return length
 
     def require_holds(self, pressure: float, sbar: float) -> None:
         """Raise where the attached rod does not bear what pulls on it.

@@ -129,3 +129,20 @@ def test_a_rod_that_curls_into_its_wall_begins_with_its_tip_on_it() -> None:
         # Its angle counts from where it lay: down, at the tip.
         assert start.theta[0] == pytest.approx(resting.tip_angle + 0.1 * resting.length, abs=1e-12)
         assert start.theta[-1] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_rod_goes_around_its_circle_once_at_most() -> None:
+    around = Subject(ROD, "auto", po.Scene(ROD, wall=po.Circle(-0.2), natural_curvature=-0.2))
+    assert around.longest(None) == pytest.approx(10.0 * np.pi)
+    assert around.longest(12.0) == 12.0
+    with pytest.raises(po.InvalidInput, match=r"more than once, on 31\.4159 eta"):
+        around.longest(40.0)
+    assert EDGE.longest(None) == np.inf
+
+
+@pytest.mark.slow
+def test_a_flap_outside_a_cylinder_peels_all_around_it() -> None:
+    """Where its wall falls away from the rod the pressure does not fold it over."""
+    snapped = po.snap(po.Scene(ROD, wall=po.Circle(-0.2), natural_curvature=-0.2), 0.6)
+    assert snapped.outcome == "end of rod"
+    assert snapped.front[-1] == pytest.approx(10.0 * np.pi, abs=1e-6)
