@@ -28,6 +28,7 @@ from .axes import axes_or, own_axes
 from .dispatch import drawn_by
 from .motion_panels import MotionPanels, scene_words, seen
 from .mpl import draw_panel, finish
+from .walls import on_circle
 from .words import AxisUnit, length_unit, pressure_unit
 
 if TYPE_CHECKING:
@@ -172,6 +173,10 @@ def plot_shapes(motion: Snap, ax: Axes | None = None, *, count: int = 7) -> Axes
     return finish(ax, columns=7, title=f"$t$ [{unit}]")
 
 
+#: How a wall is drawn.
+_PLATE: dict[str, Any] = {"color": style.PLATE, "linewidth": 4.0, "zorder": 0}
+
+
 @dataclass
 class _Stage:
     """The plate, and the room that all shapes of a motion take."""
@@ -186,18 +191,28 @@ class _Stage:
         size = self.lengths.size
         self.right = 1.15 * max(float(motion.front.max()), float(motion.x.max())) / size
         left, top = float(motion.x.min()) / size, 1.1 * float(motion.y.max()) / size
-        ax.axhline(0.0, color=style.PLATE, linewidth=4.0, zorder=0)
-        if (y0 := motion.rod.adhesion_range / size) < top:
+        low = 1.1 * float(motion.y.min()) / size
+        bent, along = panels.bent, np.linspace(0.0, 2.0 * self.right, 401)
+        reach = along if not bent else along[along * abs(bent) < np.pi]
+        self.wall = reach, *on_circle(reach, bent)
+        if bent:
+            behind = on_circle(-reach[::-1], bent)
+            ax.plot(*(np.append(*both) for both in zip(behind, self.wall[1:], strict=True)), **_PLATE)
+        else:
+            ax.axhline(0.0, **_PLATE)
+        if not bent and (y0 := motion.rod.adhesion_range / size) < top:
             ax.axhline(y0, color=style.RANGE, linewidth=0.9, linestyle=(0, (2.0, 2.0)), zorder=0)
-        ax.set(xlim=(left - 0.05 * self.right, self.right), ylim=(-0.06 * top, top))
-        ax.set_aspect("equal" if top > FLAT * self.right else "auto")
+        ax.set(xlim=(left - 0.05 * self.right, self.right), ylim=(min(low, -0.06 * top), top))
+        ax.set_aspect("equal" if top > FLAT * self.right or bent else "auto")
         ax.set_xlabel(self.lengths.axis("x"))
         ax.set_ylabel(self.lengths.axis("y"))
 
     def places(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Return where the rod is, detached and attached."""
         pose, size = self.motion.shape(t), self.lengths.size
-        return np.append(pose.x / size, self.right), np.append(pose.y / size, 0.0)
+        along, x, y = self.wall
+        ahead = along > pose.s[-1] / size
+        return np.append(pose.x / size, x[ahead]), np.append(pose.y / size, y[ahead])
 
     def glue(self, t: float) -> tuple[list[float], list[float]]:
         """Return the place on the rod at which its glue begins, where an edge of it has none."""

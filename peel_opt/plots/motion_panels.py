@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..motion.trajectory import Snap
 from .frame import Frame, stage
 from .panels import Axis, Line, Mark, Panel, room
 from .scene import in_words
+from .walls import ROUND, solid, walls
 from .words import AxisUnit, axis_unit, length_unit, prefixed, quantity
 
 #: Change of the tip angle [rad] by which a motion has begun, and to which it is over, on a picture.
@@ -100,7 +101,16 @@ class MotionPanels:
     def _frame(self) -> Frame:
         size, motion = self.lengths_in.size, self.motion
         x, y = np.append(motion.x, motion.front.max()), np.append(motion.y, 0.0)
-        return stage(x / size, y / size, motion.rod.adhesion_range / size)
+        frame = stage(x / size, y / size, motion.rod.adhesion_range / size)
+        return replace(frame, stretch=1.0) if abs(self.bent) * frame.width > ROUND else frame
+
+    @property
+    def bent(self) -> float:
+        """Curvature of the wall in the coordinates of the axes."""
+        scene = self.motion.scene
+        if not isinstance(scene, Scene):
+            return 0.0
+        return float(scene.wall.curvature_of(scene.numbers)) * self.lengths_in.size / scene.rod.eta
 
     @cached_property
     def _axes(self) -> tuple[Axis, Axis]:
@@ -114,11 +124,16 @@ class MotionPanels:
         """Return the picture of the rod at a time, with room for all of its motion."""
         size, pose = self.lengths_in.size, self.motion.shape(t)
         x, y = pose.x / size, pose.y / size
-        far = self._frame.right + 10.0 * self._frame.width
-        lines = (Line("attached", np.array([x[-1], far]), np.zeros(2)), Line("rod", x, y))
+        front = float(x[-1]), float(pose.s[-1]) / size
+        under_rod = walls(self._frame, self.bent, self.lengths_in, self.motion.rod, front=front)
+        ground = self._frame.ground
+        if self.bent:
+            behind = solid(under_rod[0], self._frame, self.bent)
+            ground = replace(ground, y0=None, shows_y0=False, solid=behind)
+        lines = (*under_rod, Line("rod", x, y))
         ends = ((0, "tip", "free tip $s = 0$"), (-1, "detachment", r"detachment $s = \bar s$"))
         marks = tuple(Mark(look, float(x[i]), float(y[i]), meaning) for i, look, meaning in ends)
-        return Panel(*self._axes, lines, marks, title=self.title, ground=self._frame.ground)
+        return Panel(*self._axes, lines, marks, title=self.title, ground=ground)
 
     # --- against time ---------------------------------------------------------------------------
 

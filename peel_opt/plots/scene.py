@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..equilibria.result import Equilibrium
-from ..model.rod import Rod
 from ..model.scene import Scene
 from ..model.tips import Contact, Middle, TipLoad
 from .frame import Frame, stage
 from .panels import Arrows, Line, Mark, Panel
 from .scene_forces import Drawn, acting_on, drawn_along, kinds_of, numbers_of, places
-from .words import AxisUnit, length_unit, quantity, title, warnings_of
+from .walls import ROUND, solid, walls
+from .words import amount, length_unit, quantity, title, warnings_of
 
 #: What the picture of a rod may be made of, from the bottom to the top, for a pen that must know before.
 LINES = ("range", "wall", "attached", "mirror", "rod", "unbonded", "rod-beyond-y0", "arc")
@@ -33,9 +33,6 @@ ARROWS = (
 
 #: Numbers of a scene that have arrows, lines or a title of their own.
 _SHOWN = {"weight", "tilt", "friction", "share", "drag", "force", "angle", "moment", "reaction", "curvature"}
-
-#: Share of a radian that a wall must turn under a picture to be drawn as a circle, without another scale.
-ROUND = 0.3
 
 #: Radius of the arc that is a moment, over the longest arrow, and the angles [rad] it runs between.
 _ARC, _FROM, _TO = 0.45, 0.35 * math.pi, 1.75 * math.pi
@@ -63,7 +60,7 @@ def scene_panel(eq: Equilibrium, y0: float | None) -> Panel:
     bent = eq.numbers.get("curvature", 0.0) * unit.size
     if abs(bent) * frame.width > ROUND:
         frame = replace(frame, stretch=1.0)
-    walls = _walls(frame, bent, unit, eq.rod, left=2.0 * x[0] if mirrored else None)
+    under_rod = walls(frame, bent, unit, eq.rod, left=2.0 * x[0] if mirrored else None)
     rod, marks = _rod(eq, x, y, "middle" if mirrored else "free tip")
     if mirrored:
         rod.insert(0, Line("mirror", 2.0 * x[0] - x, y, "", "its mirror image"))
@@ -71,7 +68,7 @@ def scene_panel(eq: Equilibrium, y0: float | None) -> Panel:
     if scene is not None:
         along = drawn_along(eq, acting_on(eq, scene), x, y, frame.stretch, frame.arrow)
         arrows = [*(_arrows(eq, each) for each in along), *arrows]
-    drawn = [(line.x, line.y) for line in walls if line.look == "wall"]
+    drawn = [(line.x, line.y) for line in under_rod if line.look == "wall"]
     # Of a wall that goes on for ever only what is under the rod.
     under = [np.stack(xy, axis=-1)[(xy[0] >= frame.left) & (xy[0] <= frame.right)] for xy in drawn]
     corners = [np.stack([x, y], axis=-1), *(np.stack([a.x1, a.y1], axis=-1) for a in arrows), *under]
@@ -85,58 +82,15 @@ def scene_panel(eq: Equilibrium, y0: float | None) -> Panel:
     return Panel(
         across,
         up,
-        (*walls, *rod, *at_tip),
+        (*under_rod, *rod, *at_tip),
         tuple(marks),
         tuple(arrows),
         "\n".join([title(eq), *([", ".join(others)] if others else [])]),
         (*warnings_of(eq.flags), *lost),
-        ground=replace(ground, y0=None, shows_y0=False, solid=_solid(walls[0], frame, bent))
+        ground=replace(ground, y0=None, shows_y0=False, solid=solid(under_rod[0], frame, bent))
         if bent
         else ground,
     )
-
-
-def _walls(frame: Frame, bent: float, unit: AxisUnit, rod: Rod | None, left: float | None) -> list[Line]:
-    """Return the wall where it is no plate, where its bond ends, and the attached rod on it."""
-    far = 10.0 * frame.width
-    if not bent:
-        attached = [Line("attached", np.array([0.0, frame.right + far]), np.zeros(2))]
-        if left is not None:
-            attached.append(Line("attached", np.array([left - frame.right - far, left]), np.zeros(2)))
-        return attached
-    reach = min(1.6 * frame.width, 0.98 * math.pi / abs(bent))
-    along = np.linspace(-reach, reach, 401)
-    x, y = _on_circle(along, bent)
-    where = "inside" if bent > 0.0 else "outside"
-    radius = _amount(rod, unit.size / abs(bent), "m", "eta")
-    lines = [Line("wall", x, y, "wall", f"wall, {where} a circle of radius {radius}")]
-    if frame.shows_range and frame.y0 is not None:
-        turned = along * bent
-        lines.append(
-            Line(
-                "range",
-                x - frame.y0 * np.sin(turned),
-                y + frame.y0 * np.cos(turned),
-                "$y_0$",
-                "$y_0$ from the wall",
-            )
-        )
-    glued = along >= 0.0
-    return [*lines, Line("attached", x[glued], y[glued])]
-
-
-def _on_circle(along: np.ndarray, bent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of a circle of a curvature through the origin, by their arc length from there."""
-    turned = along * bent
-    return along * np.sinc(turned / np.pi), 0.5 * along**2 * bent * np.sinc(0.5 * turned / np.pi) ** 2
-
-
-def _solid(wall: Line, frame: Frame, bent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the outline of what lies behind a curved wall."""
-    turned = np.linspace(-1.0, 1.0, len(wall.x)) * bent * min(1.6 * frame.width, 0.98 * math.pi / abs(bent))
-    depth = 0.4 * frame.width if bent > 0.0 else min(0.4 * frame.width, 0.9 / abs(bent))
-    behind = wall.x + depth * np.sin(turned), wall.y - depth * np.cos(turned)
-    return np.concatenate([wall.x, behind[0][::-1]]), np.concatenate([wall.y, behind[1][::-1]])
 
 
 def _rod(eq: Equilibrium, x: np.ndarray, y: np.ndarray, first: str) -> tuple[list[Line], list[Mark]]:
@@ -145,7 +99,7 @@ def _rod(eq: Equilibrium, x: np.ndarray, y: np.ndarray, first: str) -> tuple[lis
     if edge := eq.numbers.get("unbonded", 0.0):
         bare = eq.s <= edge
         at = float(np.interp(edge, eq.s, x)), float(np.interp(edge, eq.s, y))
-        named = f"never glued, $a$ = {_amount(eq.rod, edge, 'm', 'eta')}"
+        named = f"never glued, $a$ = {amount(eq.rod, edge, 'm', 'eta')}"
         lines.append(Line("unbonded", np.append(x[bare], at[0]), np.append(y[bare], at[1]), "no glue", named))
         marks.append(Mark("glue", *at, "end of the glue $s = a$"))
     return lines, [*marks, Mark("detachment", float(x[-1]), float(y[-1]), r"detachment $s = \bar s$")]
@@ -155,11 +109,11 @@ def _arrows(eq: Equilibrium, drawn: Drawn) -> Arrows:
     numbers, rod = eq.numbers, eq.rod
     scaled = "" if drawn.times == 1.0 else f" (arrows × {drawn.times:g})"
     words = {
-        "weight": f"weight $w$ = {_amount(rod, numbers.get('weight', 0.0), 'Pa', 'T_0')}",
-        "drag": f"drag = {_amount(rod, numbers.get('drag', 0.0), 'Pa', 'T_0')}",
+        "weight": f"weight $w$ = {amount(rod, numbers.get('weight', 0.0), 'Pa', 'T_0')}",
+        "drag": f"drag = {amount(rod, numbers.get('drag', 0.0), 'Pa', 'T_0')}",
     }
     if "friction" in numbers:
-        words["friction"] = f"friction = {_amount(rod, numbers['friction'], 'Pa', 'T_0')}"
+        words["friction"] = f"friction = {amount(rod, numbers['friction'], 'Pa', 'T_0')}"
     elif "share" in numbers:
         words["friction"] = f"friction = {numbers['share']:.4g} $p$"
     full = words.get(drawn.look, drawn.name) + scaled
@@ -180,7 +134,7 @@ def _tip(
         u, v = (float(part) for part in scene.tip_force(places(eq, scene)[0], q))
         length = frame.arrow * 1.3 / math.hypot(u, v)
         full = (
-            f"{name} {'$F$' if name == 'force' else ''} = {_amount(eq.rod, size, 'N/m', 'T_0 eta')}".replace(
+            f"{name} {'$F$' if name == 'force' else ''} = {amount(eq.rod, size, 'N/m', 'T_0 eta')}".replace(
                 "  ", " "
             )
         )
@@ -200,7 +154,7 @@ def _tip(
         angles = angles if moment > 0.0 else np.pi - angles
         radius = _ARC * frame.arrow
         x, y = at[0] + radius * np.cos(angles), at[1] + radius * np.sin(angles) / frame.stretch
-        full = f"moment $M$ = {_amount(eq.rod, moment, 'N', 'T_0 eta^2')}"
+        full = f"moment $M$ = {amount(eq.rod, moment, 'N', 'T_0 eta^2')}"
         lines.append(Line("arc", x[:-6], y[:-6]))
         arrows.append(Arrows("moment", x[-14:-13], y[-14:-13], x[-1:], y[-1:], "moment", full))
     return lines, arrows
@@ -225,11 +179,3 @@ def in_words(scene: Scene, numbers: Mapping[str, float]) -> list[str]:
             text = quantity(value, unit)
         found.append(f"{name.replace('_', ' ')} = {text}")
     return found
-
-
-def _amount(rod: Rod | None, value: float, unit: str, own: str) -> str:
-    """Return a number with its unit, or over the rod's own."""
-    if rod is not None and not rod.dimensionless:
-        return quantity(value, unit)
-    symbols = own.replace("eta", r"\eta")
-    return f"{value:.4g} ${symbols}$"

@@ -163,3 +163,11 @@ def plain(label: str) -> str:
     for written, shown in _PLAIN:
         label = label.replace(written, shown)
     return label
+
+
+def amount(rod: Rod | None, value: float, unit: str, own: str) -> str:
+    """Return a number with its unit, or over the rod's own."""
+    if rod is not None and not rod.dimensionless:
+        return quantity(value, unit)
+    symbols = own.replace("eta", r"\eta")
+    return f"{value:.4g} ${symbols}$"

@@ -11,6 +11,7 @@ from PIL import Image
 
 import peel_opt as po
 from peel_opt.plots import film, plot_ledger, plot_orbit, plot_shapes
+from peel_opt.plots.motion_panels import MotionPanels
 
 
 @pytest.fixture(scope="module")
@@ -97,3 +98,20 @@ def test_films(moved: po.Snap, tmp_path: Path) -> None:
     assert "data:image/png" in film(moved, tmp_path / "snap.html", frames=2).read_text()
     with pytest.raises(po.InvalidInput, match="format of a film"):
         moved.film(tmp_path / "snap.avi")
+
+
+@pytest.mark.parametrize("radius", [10e-3, -10e-3])
+def test_a_wall_that_is_not_flat_is_drawn_as_it_is(moved: po.Snap, radius: float) -> None:
+    scene = po.Scene(moved.rod, wall=po.Circle(1.0 / radius), natural_curvature=1.0 / radius)
+    panel = MotionPanels(replace(moved, scene=scene)).rod(float(moved.t[-1]))
+    lines = {line.look: (np.asarray(line.x), np.asarray(line.y)) for line in panel.lines}
+    for look in ("wall", "attached"):  # in mm, a circle through the origin along +x
+        x, y = lines[look]
+        assert np.hypot(x, y - 1e3 * radius) == pytest.approx(abs(1e3 * radius), rel=1e-12)
+    x, y = lines["attached"]
+    angle = moved.front[-1] / radius
+    assert (x[0], y[0]) == pytest.approx((1e3 * radius * np.sin(angle), 1e3 * radius * (1.0 - np.cos(angle))))
+    assert panel.ground.solid is not None
+    ax = plot_shapes(replace(moved, scene=scene), count=3)
+    ends = [np.array(line.get_xydata())[-1] for line in ax.get_lines() if len(line.get_xdata()) > 50]
+    assert all(np.hypot(a, b - 1e3 * radius) == pytest.approx(abs(1e3 * radius)) for a, b in ends)
