@@ -56,6 +56,7 @@ def test_run_fits_a_calibration_card(tmp_path: Path, capsys: pytest.CaptureFixtu
     tape = ROOT / "problems" / "office_tape.toml"
     assert main(["run", str(FLAP), "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
+    assert out.count("wrote to") == 1
     assert "chi-square" in out
     assert "95 % interval" in out
     assert (tmp_path / "calibrate-flap.png").stat().st_size > 10_000

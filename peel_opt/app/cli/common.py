@@ -241,7 +241,7 @@ def say(text: str) -> None:
 
 def say_written(files: Files, arguments: argparse.Namespace) -> None:
     """Say which files were written: after the result, or beside it where that is one document."""
-    if not files:
+    if not files.claimed:
         return
     if arguments.json:
         print(files.said(), file=sys.stderr)

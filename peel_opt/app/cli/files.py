@@ -66,6 +66,11 @@ class Files:
         return self._folder is not None
 
     @property
+    def claimed(self) -> bool:
+        """Whether names were taken: those of a fit that `peel-opt run` comes to are its own."""
+        return bool(self._before)
+
+    @property
     def folder(self) -> Path:
         """The folder, where there is one."""
         assert self._folder is not None
