@@ -52,6 +52,22 @@ def flag(name: str, value: object) -> bool:
     return bool(value)
 
 
+def turned(name: str, value: object) -> float:
+    """Return an angle [rad] of a turn at most; a larger one is a number of degrees without its unit.
+
+    Examples
+    --------
+    >>> turned("angle", "90 deg") == 0.5 * math.pi
+    True
+    """
+    angle = finite(name, value, "rad")
+    if abs(angle) > 2.0 * math.pi:
+        raise InvalidInput(
+            f"{name} = {angle:g} rad is more than a turn.", remedy=f"Write '{angle:g} deg' for degrees."
+        )
+    return angle
+
+
 def non_negative(name: str, value: object, unit: str = "") -> float:
     """Return ``value`` as a finite float >= 0, or say which field is wrong."""
     return _checked(name, value, unit, minimum=0.0, strict=False)

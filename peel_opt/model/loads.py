@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
 
-from ..base.checks import finite, non_negative, positive
+from ..base.checks import finite, non_negative, positive, turned
 from ..base.errors import InvalidInput
 from .dimension import ANGLE, LENGTH, NUMBER, TRACTION, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
@@ -144,7 +144,7 @@ class Weight(Load):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "w", finite("w", self.w, "Pa"))
-        object.__setattr__(self, "tilt", finite("tilt", self.tilt, "rad"))
+        object.__setattr__(self, "tilt", turned("tilt", self.tilt))
 
     @property
     def keeps_flat(self) -> bool:  # type: ignore[override]

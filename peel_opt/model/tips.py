@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from ..base.checks import finite, non_negative
+from ..base.checks import finite, non_negative, turned
 from ..base.errors import InvalidInput
 from .dimension import ANGLE, FORCE, LENGTH, MOMENT, Dimension, ScenePart, by_numbers
 from .place import Numbers, Place
@@ -45,7 +45,7 @@ class TipLoad(ScenePart):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", finite("force", self.force, "N/m"))
-        object.__setattr__(self, "angle", finite("angle", self.angle, "rad"))
+        object.__setattr__(self, "angle", turned("angle", self.angle))
         object.__setattr__(self, "moment", finite("moment", self.moment, "N"))
 
     @property

@@ -25,6 +25,8 @@ ROD = po.Rod.from_ratio(1.0)
         (lambda: po.Scene("rod"), "rod"),
         (lambda: po.Scene(ROD, [po.Weight(0.1), po.Weight(0.2)]), "one load of a kind"),
         (lambda: po.Scene(ROD, ["weight"]), "a load cannot be"),
+        (lambda: po.TipLoad(angle=90), "angle = 90 rad is more than a turn. Write '90 deg' for degrees"),
+        (lambda: po.Weight(0.1, tilt=-30.0), "Write '-30 deg'"),
         (lambda: po.Scene(ROD, wall="flat"), "wall of a scene"),
         (lambda: po.Scene(ROD, law="glue"), "law of a scene"),
         (lambda: po.Scene(ROD, unbonded=-1.0), "zero or positive"),
