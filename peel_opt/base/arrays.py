@@ -15,7 +15,20 @@ EPS = float(np.finfo(float).eps)
 
 def floats(name: str, value: Any, unit: str = "") -> np.ndarray:
     """Return an array of floats of what a caller gave, a quantity in this SI unit."""
-    return np.asarray(in_si(name, value, unit), float)
+    return np.asarray(unmasked(in_si(name, value, unit)), float)
+
+
+def unmasked(values: Any) -> Any:
+    """Return a masked array with NaN for what is masked, anything else as it is.
+
+    NumPy takes what lies under the mask for a number.
+
+    Examples
+    --------
+    >>> unmasked(np.ma.array([1.0, 2.0], mask=[False, True])).tolist()
+    [1.0, nan]
+    """
+    return np.ma.filled(values.astype(float), np.nan) if np.ma.isMaskedArray(values) else values
 
 
 def read_only(values: Any) -> np.ndarray:
@@ -53,7 +66,9 @@ def brief(value: Any) -> str:
     """
     if not isinstance(value, np.ndarray):
         return f"{value:.6g}" if isinstance(value, float) else repr(value)
-    size = f"{'x'.join(map(str, value.shape))} values" if value.ndim else "one value"
+    if not value.ndim:
+        return brief(value.item())
+    size = f"{'x'.join(map(str, value.shape))} values"
     if value.dtype.kind not in "fiu":
         return f"{size}, {', '.join(map(str, np.unique(value)[:6]))}" if value.size else size
     known = value[np.isfinite(value)] if value.dtype.kind == "f" else value

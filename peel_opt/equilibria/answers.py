@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import brief
+from ..base.arrays import brief, unmasked
 from ..base.checks import positive
 from ..base.errors import InvalidInput, PeelOptError
 from ..base.records import Column, Schema, Stored, Table, array, entries
@@ -230,6 +230,11 @@ def answers(
         "lam": lam,
     }
     given = tuple(name for name, value in offered.items() if value is not None)
+    if isinstance(scene, Rod):
+        raise InvalidInput(
+            "answers takes many rods by their eta/y0, and not one with units.",
+            remedy="Give ratio=rod.ratio with pressure_ratio= or length_ratio=; po.sweep takes units.",
+        )
     if scene is not None:
         refuse_options(law="auto" if law is None else law)
         return _of_scene(scene, {name: offered[name] for name in given}, numbers, state, positive("tol", tol))
@@ -270,7 +275,7 @@ def answers(
 
 def _numbers(name: str, value: Any, unit: str = "") -> np.ndarray:
     """Return what was given as an array of numbers, or say what it is instead."""
-    bare = in_si(name, value, unit)
+    bare = unmasked(in_si(name, value, unit))
     try:
         plain = np.asarray(bare)
         if plain.dtype.kind == "O" and all(isinstance(number, Real | Decimal) for number in plain.flat):
@@ -331,13 +336,14 @@ def _of_scene(
 ) -> Answers:
     """Answer about a scene with many pressures or lengths, and many of its numbers."""
     kind = ("ratio", *given)
-    if kind not in KINDS or len(given) != 1:
-        raise InvalidInput(
-            f"{', '.join(given) or 'nothing'} given of a scene is no question.",
-            remedy="Give pressure_ratio or length_ratio, and numbers of the scene by name.",
-        )
     if not isinstance(scene, Scene):
         raise InvalidInput(f"scene must be a Scene, got {scene!r:.60}.")
+    if kind not in KINDS or len(given) != 1:
+        with_units = [name for name in ("pressure", "length") if name in numbers]
+        raise InvalidInput(
+            f"{', '.join([*given, *with_units]) or 'nothing'} given of a scene is no question.",
+            remedy="Give pressure_ratio or length_ratio, p/T0 or sbar/eta, and numbers of the scene by name.",
+        )
     asks = KINDS[kind]
     if strange := [name for name in numbers if name not in scene.numbers]:
         raise InvalidInput(

@@ -50,7 +50,8 @@ def test_a_small_angle_does_not_cancel() -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: po.energy_release_rate(100.0, 90.0), "Write '90 deg' for degrees"),
+        (lambda: po.energy_release_rate(100.0, 90.0), "got 90 [rad]. Write '90 deg' for degrees"),
+        (lambda: po.peel_force(math.nan, "90 deg"), "at least 0, got nan"),
         (lambda: po.energy_release_rate(100.0, 0.0), "above 0 and up to pi"),
         (lambda: po.energy_release_rate(-1.0, 1.0), "at least 0"),
         (lambda: po.energy_release_rate("100 kPa", "90 deg"), "cannot be measured in 'kPa'"),

@@ -215,6 +215,11 @@ def test_a_number_out_of_range_costs_its_own_answer_only(ratio, P, status):
     assert status in repr(found)
 
 
+def test_what_is_masked_has_no_answer():
+    found = po.answers(ratio=np.ma.array([1.0, 2.0], mask=[False, True]), pressure_ratio=0.8)
+    assert found.statuses.tolist() == ["certified", "invalid-input"]
+
+
 def test_the_nearest_that_exists_is_said():
     found = po.answers(ratio=[1.0, 1.0], pressure_ratio=[0.5, 0.1])
     assert found.nearest[1] == pytest.approx(0.121837041296, abs=1e-9)

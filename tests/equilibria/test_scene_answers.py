@@ -64,7 +64,12 @@ def test_what_has_no_equilibrium_costs_its_own_answer_only() -> None:
         (lambda: po.answers(STREAM, pressure_ratio=0.5, law="linear"), "its own law"),
         (lambda: po.answers(ratio=1.0, pressure_ratio=0.5, weight=0.1), "no number of a question"),
         (lambda: po.answers(STREAM, pressure_ratio=[0.5, 0.6], weight=[1.0, 2.0, 3.0]), "no common one"),
-        (lambda: po.answers(ROD, pressure_ratio=0.5), "must be a Scene"),
+        (lambda: po.answers(ROD, pressure_ratio=0.5), "many rods by their eta/y0"),
+        (lambda: po.answers("stream", pressure_ratio=0.5), "must be a Scene"),
+        (
+            lambda: po.answers(STREAM, pressure=0.5),
+            "pressure given of a scene is no question. Give pressure_ratio",
+        ),
     ],
 )
 def test_what_is_no_question_about_a_scene_is_refused(ask: Any, words: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.arrays import unmasked
 from ...base.checks import flag, listed, positive
 from ...base.errors import InvalidInput
 from ...base.units import in_si
@@ -338,9 +339,7 @@ def _column(name: str, values: Any, unit: str, rows: Sequence[str], *, signed: b
         objects = plain.ravel() if plain.dtype.kind == "O" else ()
         if plain.dtype.kind not in "iufO" or any(isinstance(v, NO_NUMBERS) for v in objects):
             raise TypeError(f"got {values!r:.60}")
-        # A masked value is a missing one.
-        given = np.ma.filled(values.astype(float), math.nan) if np.ma.isMaskedArray(values) else values
-        column = np.array(given, dtype=float)
+        column = np.array(unmasked(values), dtype=float)
     except (OverflowError, TypeError, ValueError) as error:
         raise InvalidInput(f"{name} [{unit}] must hold numbers only: {error}.") from error
     if column.ndim == 0:
