@@ -109,6 +109,15 @@ def test_pictures_have_units_in_every_label(grid: po.Sweep, listed: po.Sweep) ->
     assert cube.plot().get_title("left").startswith("$p/T_0$ = 0.8; 2 of 2")
 
 
+def test_a_column_that_is_not_there_is_told_from_those_that_are_each_once() -> None:
+    table = po.sweep({"ratio": [0.5, 1.0], "pressure_ratio": 0.8}, workers=1)
+    with pytest.raises(po.InvalidInput, match="no column 'lenght'") as refused:
+        table["lenght"]
+    names = str(refused.value).partition("It has ")[2].rstrip(".").split(", ")
+    assert len(names) == len(set(names)) > 10
+    assert {"ratio", "length_ratio", "status"} <= set(names)
+
+
 def test_level_lines_do_not_depend_on_the_order_of_the_axes() -> None:
     from matplotlib.contour import ContourSet
 

@@ -105,10 +105,8 @@ class Sweep(Pictured, Stored):
             return self.values[name]
         if name in self.fixed:
             return np.full(self.shape, self.fixed[name])
-        raise InvalidInput(
-            f"a sweep has no column {name!r}.",
-            remedy=f"It has {', '.join([*self.axes, *self.fixed, *self.values])}.",
-        )
+        there = dict.fromkeys([*self.axes, *self.fixed, *self.values])
+        raise InvalidInput(f"a sweep has no column {name!r}.", remedy=f"It has {', '.join(there)}.")
 
     @property
     def columns(self) -> tuple[str, ...]:
