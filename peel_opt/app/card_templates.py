@@ -276,7 +276,7 @@ TEMPLATES = {
     "groups": Template(
         "the paper's groups, in which alpha1 is asked for",
         "A state in the paper's groups",
-        {"groups": {"beta0": 4.0, "lam": 1.0}},
+        {"groups": {"beta0": 4.0, "lam": -0.25}},
         {"alpha1": {}},
     ),
     "peel": Template(

@@ -72,6 +72,14 @@ def test_a_card_of_each_kind_is_written_and_can_be_asked(kind: str, call: Call, 
         assert len(card.data(tmp_path)[0].length) == 6
 
 
+def test_the_example_of_the_groups_is_a_rod_that_lifts(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "groups.toml"
+    assert call("new", path, "--kind", "groups")[0] == 0
+    ((_, found),) = load_any(path).ask()
+    assert found.valid
+    assert found.flags == ()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_a_card_of_each_kind_is_answered_as_it_is(kind: str, call: Call, tmp_path: Path) -> None:
