@@ -71,6 +71,17 @@ def against_single_calls() -> list[Figure]:
     return found
 
 
+def without_an_answer() -> list[Figure]:
+    """Of rods never seen before, below their least pressure: for the nearest each walks along its branch."""
+    ratio = np.random.default_rng(5).uniform(0.5, 100.0, SINGLES)
+
+    def refused() -> None:
+        forget_branches()
+        assert not po.answers(ratio=ratio, pressure_ratio=1e-6).certified.any()
+
+    return [Figure("(f) answers, none at that pressure, each", 1e3 * seconds(refused)[0] / SINGLES, "ms")]
+
+
 def on_two_processes() -> list[Figure]:
     """Certified answers a second."""
     ratio, P = questions(0.5, 0.99)
@@ -98,7 +109,7 @@ def studies() -> list[Figure]:
 
 def figures() -> list[Figure]:
     """All of this module."""
-    return [*against_single_calls(), *on_two_processes(), *studies()]
+    return [*against_single_calls(), *without_an_answer(), *on_two_processes(), *studies()]
 
 
 if __name__ == "__main__":
