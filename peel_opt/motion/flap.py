@@ -682,24 +682,25 @@ class Flap:
         return x, runs * at.ahead[1][..., 0] - (across * at.cosine + along * at.sine).sum(axis=-1)
 
     def outline(self, u: np.ndarray, many: int, z: np.ndarray | None = None) -> np.ndarray:
-        """Return s, theta, x, y and the spin at so many Chebyshev points of every phase, (phases, n, 5)."""
+        """Return s, theta, x, y and the spin at n Chebyshev points of every phase, (..., phases, n, 5)."""
         xi, value, slope, to_end = self.basis.looked(many)
-        at, lengths, shape = self.shapes(u), u[self.lengths], (len(self.phases), many)
-        ends = np.cumsum(lengths)
-        back = lengths[:, None] * (1.0 - xi)
+        at, lengths = self.shapes(u), u[..., self.lengths, None]
+        shape = (*lengths.shape[:-1], many)
+        ends, back = np.cumsum(lengths, axis=-2), lengths * (1.0 - xi)
         falls = []
         for integrand in (at.cosine, at.sine):
-            inside = lengths[:, None] * (integrand.reshape(len(lengths), -1) @ to_end.T)
-            whole = (self.basis.whole > 0.0) @ (integrand * at.weights)
-            falls.append(inside + (whole.sum() - np.cumsum(whole))[:, None])
-        theta = (value @ u[self.fields]).reshape(shape)
+            inside = lengths * (integrand.reshape(*shape[:-1], -1) @ to_end.T)
+            whole = (integrand * at.weights) @ (self.basis.whole > 0.0).T
+            falls.append(inside + (whole.sum(axis=-1, keepdims=True) - np.cumsum(whole, axis=-1))[..., None])
+        theta = (u[..., self.fields] @ value.T).reshape(shape)
         spin = np.zeros(shape)
         if z is not None:
-            moved = np.cumsum(z[self.lengths])[:, None] - z[self.lengths][:, None] * (1.0 - xi)
-            bent = (slope @ u[self.fields]).reshape(shape) / lengths[:, None]
-            spin = (value @ z[self.fields]).reshape(shape) - bent * moved
-        front_x, front_y = self.arc.at(ends[-1])
-        return np.stack([ends[:, None] - back, theta, front_x - falls[0], front_y - falls[1], spin], axis=-1)
+            lengthened = z[..., self.lengths, None]
+            moved = np.cumsum(lengthened, axis=-2) - lengthened * (1.0 - xi)
+            bent = (u[..., self.fields] @ slope.T).reshape(shape) / lengths
+            spin = (z[..., self.fields] @ value.T).reshape(shape) - bent * moved
+        front_x, front_y = self.arc.at(ends[..., -1:, :])
+        return np.stack([ends - back, theta, front_x - falls[0], front_y - falls[1], spin], axis=-1)
 
     def rate(self, u: np.ndarray) -> np.ndarray:
         """Return the rates of the unknowns of a rod without mass."""

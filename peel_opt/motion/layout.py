@@ -70,13 +70,19 @@ class Excess(NamedTuple):
         return max(self.beyond, self.short, self.long)
 
 
-def excess(flap: Flap, u: np.ndarray) -> Excess:
+def excesses(flap: Flap, u: np.ndarray) -> list[Excess]:
+    """Return `Excess` of states, (n, size)."""
+    outlines = _over_wall(flap.arc, flap.outline(u, LOOKED * flap.basis.degree))
+    return [
+        _excess(flap, lengths, outline) for lengths, outline in zip(u[:, flap.lengths], outlines, strict=True)
+    ]
+
+
+def _excess(flap: Flap, lengths: np.ndarray, outline: np.ndarray) -> Excess:
     """Return by how much heights pass the kinks of their phases, and a phase is too short or too long.
 
     ``sunk`` is how far the tip is below the plate, or the lowest point between it and the front.
     """
-    many = LOOKED * flap.basis.degree
-    outline = _over_wall(flap.arc, flap.outline(u, many))
     beyond, sunk = [-np.inf], -outline[0, 0, 3]
     # Phases that begin or end where nothing happens at a height of its own: there a height leaves first.
     begins, ends = np.append(True, flap.at_points), np.append(flap.at_points, False)
@@ -96,7 +102,6 @@ def excess(flap: Flap, u: np.ndarray) -> Excess:
                 born = 0.125 * abs(bend) * BORN[1] ** 2  # by how much one is beyond that is BORN long
                 beyond.append((height - high if top else low - height) - born)
                 sunk = sunk if top else max(sunk, -height - born - FLAT)
-    lengths = u[flap.lengths]
     sbar, met = float(lengths.sum()), flap.phases[-1].past
     beyond += [sbar - s - BORN[0] for name, s in flap.setting.loads.breaks if name not in met]
     long = [
@@ -182,6 +187,20 @@ def along(flap: Flap, u: np.ndarray, z: np.ndarray | None = None) -> Callable[[n
     return values
 
 
+def shapes_of(flap: Flap, u: np.ndarray, fractions: np.ndarray) -> np.ndarray:
+    """Return theta, x and y of states (n, size) at shares of their lengths (m,) as (n, m, 3)."""
+    many, lengths = flap.basis.degree + 2, u[:, flap.lengths]
+    series = _to_chebyshev(many) @ flap.outline(u, many)[..., 1:4]
+    ends = np.cumsum(np.insert(lengths, 0, 0.0, axis=-1), axis=-1)
+    s = fractions * ends[:, -1:]
+    which = (s[..., None] > ends[:, None, 1:-1]).sum(axis=-1)
+    states = np.arange(len(u))[:, None]
+    places = 2.0 * (s - ends[states, which]) / lengths[states, which] - 1.0
+    polynomials = np.cos(np.arange(many) * np.arccos(np.clip(places, -1.0, 1.0))[..., None])
+    found: np.ndarray = (polynomials[..., None, :] @ series[states, which])[..., 0, :]
+    return found
+
+
 @lru_cache(maxsize=8)
 def _to_chebyshev(many: int) -> np.ndarray:
     """Matrix from values at Chebyshev points of a phase to coefficients."""
@@ -228,7 +247,7 @@ def laid_out(
             break
         if lengths.min() <= 0.0:
             raise NotConverged("the places where the bond lets go could not be found on the moving rod.")
-    if excess(flap, u).most > 0.0:
+    if excesses(flap, u[None])[0].most > 0.0:
         raise NotConverged("where the bond lets go could not be told apart on the moving rod.")
     z = np.zeros(flap.size)
     if spin is not None:

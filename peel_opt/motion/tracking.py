@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from ..base.errors import NotConverged
 from .departure import leaves
 from .flap import Flap, Phase, Reading
-from .layout import along, excess, laid_out, through
+from .layout import along, excesses, laid_out, shapes_of, through
 from .radau import Integrator, Step, tableau
 from .run import Posture, Setting, Told, Track, Until
 from .trajectory import Happening, Ledger, TipPath
@@ -222,20 +222,23 @@ def goes_round(events: list[Happening]) -> bool:
 def _earliest(flap: Flap, step: Step, setting: Setting) -> tuple[str, float] | None:
     """Return what first ends the smooth motion within a step, and when."""
 
-    def beyond(u: np.ndarray) -> dict[str, float]:
+    def beyond(states: np.ndarray) -> list[dict[str, float]]:
         """By how much, for everything that ends it: a run is there where one gets positive."""
-        length, found = float(u[flap.lengths].sum()), excess(flap, u)
         closed = CLOSED if not setting.loads.unbonded else setting.loads.unbonded + EDGE
-        ends = {"contact": found.sunk, "closes": closed - length, "end of rod": length - setting.length}
-        return ends | ({"phases": found.most} if setting.law.kinks or setting.loads.breaks else {})
+        changes, looks = bool(setting.law.kinks or setting.loads.breaks), []
+        for u, found in zip(states, excesses(flap, states), strict=True):
+            length = float(u[flap.lengths].sum())
+            ends = {"contact": found.sunk, "closes": closed - length, "end of rod": length - setting.length}
+            looks.append(ends | ({"phases": found.most} if changes else {}))
+        return looks
 
     times = step.start + step.length * np.append(0.0, BETWEEN)
-    looks = [beyond(u) for u in step.at(times)[0]]
+    looks = beyond(step.at(times)[0])
     found = []
     for kind in looks[0]:
         turns = (i for i in range(len(BETWEEN)) if looks[i][kind] <= 0.0 < looks[i + 1][kind])
         if (i := next(turns, None)) is not None:
-            when = _vanishing(step, lambda u, kind=kind: beyond(u)[kind], times[i], times[i + 1])  # type: ignore[misc]
+            when = _vanishing(step, lambda u, kind=kind: beyond(u[None])[0][kind], times[i], times[i + 1])  # type: ignore[misc]
             found.append((when, kind))
     if not found:
         return None
@@ -270,8 +273,7 @@ def _record(log: _Log, flap: Flap, step: Step) -> Reading:
 def _keep(log: _Log, flap: Flap, t: np.ndarray, u: np.ndarray, z: np.ndarray, spent: np.ndarray) -> Reading:
     """Keep states, and return what they hold."""
     reading = flap.read(u, z if flap.setting.mass else flap.rate(u))
-    shapes = [along(flap, one)(FRACTIONS * front)[:, :3] for one, front in zip(u, reading.front, strict=True)]
-    log.store(t, reading, np.array(shapes), spent)
+    log.store(t, reading, shapes_of(flap, u, FRACTIONS), spent)
     return reading
 
 

@@ -13,7 +13,7 @@ from peel_opt.model.bond import COHESIVE
 from peel_opt.model.named_laws import exponential
 from peel_opt.motion.departure import stretched
 from peel_opt.motion.flap import Flap, Phase
-from peel_opt.motion.layout import BORN, excess, laid_out, through
+from peel_opt.motion.layout import BORN, excesses, laid_out, through
 from peel_opt.motion.radau import Integrator
 from peel_opt.motion.run import Setting
 
@@ -109,7 +109,7 @@ def test_a_dip_into_the_range_of_the_bond_is_seen_from_where_it_begins(beyond: f
     u, height, bend = dipping(2.912345)  # between the points at which heights are looked at
     depth = 0.125 * bend * BORN[1] ** 2  # of an arc that is BORN long
     ratio = 1.0 / (height + (1.0 + beyond) * depth)
-    found = excess(Flap(Setting(ratio, COHESIVE, 0.9, 0.0, 1.0), on(1), (31,)), u)
+    found = excesses(Flap(Setting(ratio, COHESIVE, 0.9, 0.0, 1.0), on(1), (31,)), u[None])[0]
     assert found.most == found.beyond == pytest.approx(beyond * depth, abs=1e-10)
 
 
@@ -119,4 +119,4 @@ def test_a_rod_that_sinks_below_its_plate_between_tip_and_front_is_seen(turns: f
     assert (height < 0.0) == (turns > 3.0)
     flap = Flap(Setting(0.01, COHESIVE, 0.9, 0.0, 1.0), on(0), (31,))
     lowest = max(-height - 0.125 * bend * BORN[1] ** 2, -float(flap.tip(u).y))
-    assert excess(flap, u).sunk == pytest.approx(lowest, abs=1e-9)
+    assert excesses(flap, u[None])[0].sunk == pytest.approx(lowest, abs=1e-9)
