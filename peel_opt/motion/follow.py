@@ -30,13 +30,22 @@ def taken_over(setting: Setting, run: Track) -> int:
     return int(np.flatnonzero(low >= LOW * low.max())[-1])
 
 
+def posture_of(run: Track, at: int) -> Posture:
+    """Return one of the states of a run of a rod without mass as where another begins."""
+    s = run.fraction * run.front[at]
+    return Posture(s, run.theta[at], np.zeros_like(s), float(run.t[at]))
+
+
 def beyond(
     setting: Setting, first: Track, at: int, until: Until, *, resolution: int = 0, told: Told | None = None
 ) -> Track:
     """Carry a run of a rod without mass on from one of its states, through contact on a mesh."""
-    s = first.fraction * first.front[at]
-    start = Posture(s, first.theta[at], np.zeros_like(s), float(first.t[at]))
-    then = run_on_mesh(setting, start, until, resolution=resolution, told=told)
+    start = posture_of(first, at)
+    return joined(first, at, run_on_mesh(setting, start, until, resolution=resolution, told=told))
+
+
+def joined(first: Track, at: int, then: Track) -> Track:
+    """Return a run up to one of its states, and another from there on."""
 
     def both(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.concatenate([a[: at + 1], b[1:]])

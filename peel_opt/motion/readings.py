@@ -26,6 +26,9 @@ TINY = 1e-30
 #: By how much more a tip rises, after it was lifted, that goes on by itself.
 RISEN = 1.5
 
+#: Landings from which a tip has risen by itself that show that it will go on to do so.
+RISES = 2
+
 #: Swings of the tip that are compared, as a share of its greatest height the least that count, and the
 #: share of them by which they may differ and be the same.
 CYCLES, SWING, SAME = 4, 0.02, 0.005
@@ -159,10 +162,10 @@ class Recorder:
 
     @property
     def rose(self) -> bool:
-        """Whether a tip that was lifted went on by itself."""
+        """Whether a tip that was lifted went on by itself, or one that was not has risen again and again."""
         lifts = [event for event in self.events if event.kind == "lift"]
         if not lifts:
-            return False
+            return sum(event.kind == "contact" for event in self.events) >= RISES
         heights = [row[2] for row in self.rows if row[0] >= lifts[-1].t]
         return max(heights) > RISEN * lifts[-1].y
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
 from ..base.errors import NotConverged
-from .follow import beyond, taken_over
+from .follow import beyond, joined, posture_of, taken_over
 from .mesh import LINKS, MOST, run_on_mesh
 from .run import Posture, Setting, Told, Track, Until
 from .tracking import MESHES, track
@@ -104,18 +104,45 @@ def _gone_on(setting: Setting, first: Known, until: Until, told: Told) -> Known:
     run, at = first.run, taken_over(setting, first.run)
     if _is_lost(run) and FEWEST * run.front[at] > MOST[1] * LINKS[1]:
         return first
-    then, *errors = on_meshes(partial(beyond, setting, run, at, until), told)
+    coarse, then = (beyond(setting, run, at, until, resolution=i, told=told) for i in (0, 1))
     if _is_lost(run) and then.t[-1] < run.t[-1]:
         return first
-    known = [tuple(errors), (first.error, first.time_error)]
+    known = [apart(coarse, then), (first.error, first.time_error)]
     landing = next((e for e in then.events if e.kind == "contact"), None)
     if run.outcome != "contact":
         known.append((_distance(_when(run, run.t[-1]), _when(then, run.t[-1])), 0.0))
     elif landing is not None:
         events = tuple(e for e in then.events if e.t <= landing.t)
         known.append(apart(run, replace(then, events=events, outcome="contact")))
+    if (rested := _rested(setting, then, until, told)) is not None:
+        known[0] = apart(*(_up_to_rise(mesh, coarse, then) for mesh in (coarse, then)))
+        then = rested
     places, times = zip(*known, strict=True)
     return Known(then, max(places), max(times))
+
+
+def _rested(setting: Setting, run: Track, until: Until, told: Told) -> Track | None:
+    """Return a run on a mesh with its front tracked from the last lift of its tip on, if that rests folded.
+
+    Close to T0 the height of a folded tip is the difference of two nearly equal numbers, of which a mesh
+    knows few digits.
+    """
+    lifts = [e.t for e in run.events if e.kind == "lift"]
+    if not (lifts and until.arrest and run.outcome in {"folded", "touching"}):
+        return None
+    at = int(np.searchsorted(run.t, lifts[-1]))
+    try:
+        rest = track(setting, posture_of(run, at), replace(until, contact=True), told=told)
+    except NotConverged:
+        return None
+    return joined(run, at, rest) if rest.outcome == "folded" else None
+
+
+def _up_to_rise(run: Track, *both: Track) -> Track:
+    """Return a run up to the first lift of its tip, or where one of two was not lifted, up to its landing."""
+    lifted = all(any(e.kind == "lift" for e in one.events) for one in both)
+    end = next(e.t for e in run.events if e.kind == ("lift" if lifted else "contact"))
+    return replace(run, events=tuple(e for e in run.events if e.t <= end), outcome="contact")
 
 
 def _tracked(setting: Setting, start: Posture, until: Until, told: Told) -> Known:

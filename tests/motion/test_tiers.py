@@ -100,6 +100,30 @@ def test_beyond_an_arc_that_comes_down_the_mesh_is_where_the_front_was_tracked_t
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "pressure"), [(0.4, 0.99), (0.5, 0.9)])
+def test_a_tip_that_was_lifted_is_tracked_to_rest(ratio: float, pressure: float) -> None:
+    """On a mesh its height would be off by half a percent of y0 and more."""
+    rod = po.Rod.from_ratio(ratio)
+    run, known = po.snap(rod, pressure), po.length_given_pressure(rod, pressure, state="folded")
+    assert run.outcome == "folded"
+    assert run.error < 3e-3
+    assert run.front[-1] == pytest.approx(known.length, abs=1e-6)
+    assert run.tip.y[-1] == pytest.approx(known.tip_height, abs=3e-6)
+    assert abs(run.certificate[-1]) < 1e-10
+    assert np.all(np.diff(run.t) > 0.0)
+    assert np.abs(run.energy.defect).max() < 1e-2
+
+
+@pytest.mark.slow
+def test_a_tip_that_lands_again_and_again_flaps_lifted_or_not() -> None:
+    """Of two meshes one lets go of it by itself and the other does not."""
+    run = po.snap(po.Rod.from_ratio(0.566), 0.5)
+    assert run.outcome == "flapping"
+    assert run.error < 2e-3
+    assert run.t[-1] < 300.0
+
+
+@pytest.mark.slow
 def test_a_long_rod_is_followed_as_far_as_its_front_is_resolved() -> None:
     run = po.snap(po.Rod.from_ratio(25.0), 0.73)
     assert run.outcome == "not settled"
