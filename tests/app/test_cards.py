@@ -46,16 +46,6 @@ lam = 1.0
 """
 
 
-@pytest.fixture
-def card(tmp_path):
-    def write(text):
-        path = tmp_path / "card.toml"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return load_card(path)
-
-    return write
-
-
 # --- the cards that come with the project -------------------------------------------------
 
 #: k [N m], T0 [Pa], y0 [m], eta/y0 as known to two digits or more.
@@ -215,12 +205,9 @@ def test_editors_on_windows_are_welcome(card):
         ('title = "a strip"', "title = ", "no TOML text"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_one_line_that_names_the_field(card, old, new, words):
+def test_a_mistake_is_one_line_that_names_the_field(refused, old, new, words):
     assert old in SI
-    with pytest.raises(CardError, match=words) as caught:
-        card(SI.replace(old, new))
-    assert "\n" not in str(caught.value)
-    assert "card.toml" in str(caught.value)
+    assert "card.toml" in refused(SI.replace(old, new), words)
 
 
 def test_a_number_without_a_source_is_a_warning_that_names_it(card):
@@ -263,11 +250,8 @@ def test_one_source_covers_all_that_have_none_of_their_own(card):
     ],
     ids=range(16),
 )  # fmt: skip
-def test_a_card_that_means_nothing_is_one_line(card, text, words):
-    with pytest.raises(CardError, match=words) as caught:
-        card(text)
-    assert "\n" not in str(caught.value)
-    assert len(str(caught.value)) < 400
+def test_a_card_that_means_nothing_is_one_line(refused, text, words):
+    assert len(refused(text, words)) < 400
 
 
 def test_a_path_that_is_no_card_is_one_line(tmp_path):

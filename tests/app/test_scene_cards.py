@@ -49,16 +49,6 @@ RATIO = 'title = "a ratio"\n[rod]\nratio = 1.0\n[scene]\n{scene}\n[[questions]]\
 
 
 @pytest.fixture
-def card(tmp_path):
-    def write(text):
-        path = tmp_path / "card.toml"
-        path.write_text(text, encoding="utf-8")
-        return load_card(path)
-
-    return write
-
-
-@pytest.fixture
 def answer(card):
     """Answer the one question of a rod of ratio 1 in a scene."""
 
@@ -210,10 +200,8 @@ def test_a_scene_in_words(card):
         ("zeta = 0.5\nbond = 'effective opening'\ncurvature = 0.1", "modelled on a flat wall"),
     ],
 )  # fmt: skip
-def test_a_scene_that_means_nothing_is_one_line(card, scene, words):
-    with pytest.raises(CardError, match=words) as caught:
-        card(RATIO.format(scene=scene, question="length = 3.0"))
-    assert "\n" not in str(caught.value)
+def test_a_scene_that_means_nothing_is_one_line(refused, scene, words):
+    refused(RATIO.format(scene=scene, question="length = 3.0"), words)
 
 
 @pytest.mark.parametrize(
@@ -235,11 +223,9 @@ def test_a_scene_that_means_nothing_is_one_line(card, scene, words):
         ("[scene]", "[scene]\nscene = 1", "unknown key 'scene'"),
     ],
 )  # fmt: skip
-def test_a_mistake_names_the_field(card, old, new, words):
+def test_a_mistake_names_the_field(refused, old, new, words):
     assert old in SI
-    with pytest.raises(CardError, match=words) as caught:
-        card(SI.replace(old, new))
-    assert "\n" not in str(caught.value)
+    refused(SI.replace(old, new), words)
 
 
 def test_groups_have_no_scene(card):
