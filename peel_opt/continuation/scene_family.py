@@ -245,22 +245,27 @@ class SceneBranch:
 
         Then its first extremum, or the end of the branch, lies lower than a state before.
         """
-        if not self.rises:
-            return False
-        end = self._turns[0] if self._turns else self.points[-1]
-        highest = max(self.family.loading(p) for p in self.points if p.arclength <= end.arclength)
-        return highest - self.family.loading(end) > STEPPED_OVER * abs(highest)
+        return self.rises and self._peak is not self._end_of_rise
 
-    @property
-    def _lifts(self) -> bool:
-        """Whether states are lifted up to its first extremum."""
-        return self.rises and not self.overshoots
+    @cached_property
+    def _end_of_rise(self) -> Point:
+        """The first extremum of what loads the rod, or the end of the branch."""
+        return self._turns[0] if self._turns else self.points[-1]
+
+    @cached_property
+    def _peak(self) -> Point:
+        """Where it is largest up to there: there, unless a maximum was stepped over."""
+        end, load = self._end_of_rise, self.family.loading
+        highest = max((p for p in self.points if p.arclength <= end.arclength), key=load)
+        return highest if load(highest) - load(end) > STEPPED_OVER * abs(load(highest)) else end
 
     @property
     def snap(self) -> Located | None:
         """The maximum of what loads a rod that is lifted from its rest; None where none was met."""
+        if not self.rises or self.overshoots:
+            return None
         kind = self.family.monitors[0][0]
-        return next((f for f in self.folds if f.kind == kind), None) if self._lifts else None
+        return next((f for f in self.folds if f.kind == kind), None)
 
     def state_at(self, arclength: float) -> str:
         """Label of a place on the branch.
@@ -269,8 +274,9 @@ class SceneBranch:
         there, or from T: "middle" until the first fold in length, "lower" until the minimum pressure,
         "folded" after it.  Where another number than the pressure varies, what is not lifted is "other".
         """
-        first = self._turns[0].arclength if self._turns else math.inf
-        snap = first if self._lifts else -math.inf
+        snap = -math.inf
+        if self.rises:
+            snap = self._peak.arclength if self._turns or self.overshoots else math.inf
         if arclength < snap:
             return "lifted"
         if self.family.free is not None:

@@ -259,3 +259,10 @@ def test_a_line_energy_that_lifts_the_tip_leaves_no_contact() -> None:
     scene = po.Scene(ROD, wall=po.Circle(0.2), tip=po.Contact(), line_energy=0.05)
     with pytest.raises(po.NotConverged, match="its tip lifts off"):
         po.solve(scene, free="length", pressure=0.3)
+
+
+def test_a_strip_with_hardly_any_slack_stands_lifted_up_to_a_maximum_that_is_stepped_over() -> None:
+    strip = po.Blister(po.Rod.from_ratio(0.75), slack=1e-11)
+    low, high = (po.solve(strip, free="length", pressure=P) for P in (0.05, 0.6))
+    assert (low.state, high.state) == ("lifted", "lifted")
+    assert low.length < high.length
