@@ -194,7 +194,9 @@ class SceneLoads(Loads):
         past: Past = frozenset(),
     ) -> Acted:
         """Return the forces at places, and all that they change by."""
-        places = np.stack([np.broadcast_to(part, theta.shape).ravel() for part in (theta, x, y, s, sbar)])
+        places = np.empty((5, *theta.shape))
+        places[0], places[1], places[2], places[3], places[4] = theta, x, y, s, sbar
+        places = places.reshape(5, -1)
         many = past, places.shape[1]
         if many not in self._known:
             self._known[many] = _Along(self._forces(*many), many[1])

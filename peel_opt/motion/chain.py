@@ -123,7 +123,7 @@ class Chain:
 
     def phi(self, theta: np.ndarray) -> np.ndarray:
         """Direction of each link."""
-        return theta + self.arc.curvature * self.h * (np.arange(len(theta)) + 0.5)
+        return theta if not self.arc else theta + self.arc.curvature * self.h * (np.arange(len(theta)) + 0.5)
 
     def normals(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """x and y of the normal of the wall below each node."""
@@ -159,20 +159,13 @@ class Chain:
 
         Ahead of the front, where no scene says what they are, they pull a link off by no more than at it.
         """
-        theta, loads, n = u[:, THETA], self.loads, len(u)
-        if loads is PRESSURE_ALONE:
-            return loads.at(pressure, theta, theta, theta, theta, theta)
-        (x, y), (end_x, end_y) = self.places(u), self.end(n)
-        i = np.arange(n)
-        places = np.stack(
-            [
-                self.phi(theta),
-                0.5 * (x + np.append(x[1:], end_x)),
-                0.5 * (y + np.append(y[1:], end_y)),
-                self.h * (i + 0.5),
-                np.full(n, front),
-            ]
-        )
+        phi, loads, n = self.phi(u[:, THETA]), self.loads, len(u)
+        if not loads.feels and not loads.ends:
+            return loads.at(pressure, phi, phi, phi, phi, phi)
+        nodes, i, places = self.places(u), np.arange(n), np.empty((5, n))
+        places[0], places[3], places[4] = phi, self.h * (i + 0.5), front
+        places[1:3, :-1] = 0.5 * (nodes[:, :-1] + nodes[:, 1:])
+        places[1:3, -1] = 0.5 * (nodes[:, -1] + self.end(n))
         if not loads.ends:
             return self._acted(pressure, places)
         force, by_theta, by_place = np.zeros((2, n)), np.zeros((2, n)), np.zeros((4, 2, n))

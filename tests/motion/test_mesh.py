@@ -442,3 +442,17 @@ def test_what_holds_a_tip_down_counts_in_the_identity():
     assert at.u[0, Z] > 0.3  # as a force per length of the tip's half link
     assert abs(missed(chain, at, 0.9)) > 0.01
     assert abs(missed(held, at, 0.9)) < 2e-3
+
+
+def test_a_natural_curvature_moves_a_rod_as_a_moment_does():
+    rod = po.Rod.from_ratio(1.0)
+    curled, bent = (
+        run_scene(scene, 0.3, time=3.0)
+        for scene in (po.Scene(rod, natural_curvature=0.3), po.Scene(rod, tip=po.TipLoad(moment=-0.3)))
+    )
+    np.testing.assert_allclose(curled.y, bent.y, atol=1e-12)
+    np.testing.assert_allclose(curled.energy.defect, bent.energy.defect, atol=1e-12)
+    # What the moment has done is in the one ledger work, in the other bending that it gives back.
+    gained = [run.energy.bending[-1] - run.energy.bending[0] for run in (curled, bent)]
+    assert bent.energy.work[-1] - curled.energy.work[-1] == pytest.approx(gained[1] - gained[0])
+    assert gained[0] < -0.01 < 0.01 < gained[1]
