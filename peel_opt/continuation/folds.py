@@ -63,7 +63,7 @@ class FoldSystem(Discretisation):
 
     def sample_expression(self, zeta: np.ndarray) -> ca.MX:
         """Fields of the equilibrium."""
-        return self.equilibrium.sampler(zeta)(self._state)
+        return self.equilibrium.sampler(zeta).function(self._state)
 
     @one_thread
     def pack_fields(self, profile: Profile) -> np.ndarray:

@@ -151,7 +151,7 @@ class Discretisation(ABC):
         #: Number of unknowns.
         self.size = field_count + len(phases) - 1 + extra + len(SCALARS)
         self.x = ca.MX.sym("x", self.size)
-        self._samplers: dict[bytes, ca.Function] = {}
+        self._samplers: dict[bytes, Compiled] = {}
         #: Systems closed by questions, by the kinds of their closures.
         self.closed: dict[tuple[str, ...], Any] = {}
         #: Where the fields, the lengths of all phases but the last, further unknowns of a scene, and the
@@ -271,13 +271,14 @@ class Discretisation(ABC):
     @cached_property
     def _profile_sampler(self) -> Compiled:
         keep(self)
-        return Compiled(self.sampler(chebyshev(PROFILE_POINTS)[0]))
+        return self.sampler(chebyshev(PROFILE_POINTS)[0])
 
-    def sampler(self, zeta: np.ndarray) -> ca.Function:
+    def sampler(self, zeta: np.ndarray) -> Compiled:
         """Compiled x -> fields at local coordinates ``zeta`` of every phase, remembered."""
         key = np.asarray(zeta, dtype=float).tobytes()
         if key not in self._samplers:
-            self._samplers[key] = ca.Function("sample", [self.x], [self.sample_expression(zeta)])
+            sampled = ca.densify(self.sample_expression(zeta))
+            self._samplers[key] = Compiled(ca.Function("sample", [self.x], [sampled]))
         return self._samplers[key]
 
     def column(self, scalar: str) -> int:

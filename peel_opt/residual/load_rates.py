@@ -118,11 +118,11 @@ class LoadRates:
 def plain_load_rates(problem: Discretisation, x: np.ndarray, zeta: np.ndarray) -> LoadRates:
     """Return those of a uniform pressure under a rod on a plate: it turns with the rod, the bond softens."""
     s, points = problem.scalars(x), len(zeta)
-    theta, nx, ny, Y = (problem.sampler(zeta)(x).full() * s.A)[:, [0, 2, 3, 4]].T
+    theta, nx, ny, Y = (problem.sampler(zeta)(x)[0] * s.A)[:, [0, 2, 3, 4]].T
     softening = [_softening(p, s, Y[j * points : (j + 1) * points]) for j, p in enumerate(problem.phases)]
     by_place = np.zeros((len(theta), 2, 2))
     by_place[:, 1, 1] = np.concatenate(softening)
-    angles = problem.sampler(np.ones(1))(x).full()[:-1, 0] * s.A
+    angles = problem.sampler(np.ones(1))(x)[0][:-1, 0] * s.A
     switches = [
         Switch(j, np.array([0.0, jump]), np.array([0.0, 0.0, 1.0]), float(np.sin(angle)))
         for j, (pair, angle) in enumerate(zip(pairwise(problem.phases), angles, strict=True))

@@ -245,7 +245,7 @@ def places_of(
     lengths = problem.lengths(x)
     starts = np.cumsum(lengths) - lengths
     xi = (starts[:, None] + lengths[:, None] * zeta).ravel()
-    return _places(problem, x, xi, problem.sampler(zeta)(x).full())
+    return _places(problem, x, xi, problem.sampler(zeta)(x)[0])
 
 
 def attached_places(

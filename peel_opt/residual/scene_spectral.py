@@ -250,7 +250,7 @@ def _shape_of_scene(problem: SceneDiscretisation, unknowns: np.ndarray) -> Shape
     """Sample a state of a scene at ``DENSE_POINTS`` points per phase, kinks included once."""
     dense = np.linspace(0.0, 1.0, DENSE_POINTS)
     phases, lengths = len(problem.phases), problem.lengths(unknowns)
-    values = problem.sampler(dense)(unknowns).full().reshape(phases, DENSE_POINTS, len(SAMPLED))
+    values = problem.sampler(dense)(unknowns)[0].reshape(phases, DENSE_POINTS, len(SAMPLED))
     starts = np.cumsum(lengths) - lengths
     places = starts[:, None] + lengths[:, None] * dense
     kept = np.ones((phases, DENSE_POINTS), dtype=bool)

@@ -103,7 +103,7 @@ def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     nodes, _ = chebyshev(QUADRATURE_POINTS)
     both = np.concatenate([dense, nodes])
     phases = len(problem.phases)
-    values = problem.sampler(both)(unknowns).full().reshape(phases, len(both), 5)
+    values = problem.sampler(both)(unknowns)[0].reshape(phases, len(both), 5)
     scalars, lengths = problem.scalars(unknowns), problem.lengths(unknowns)
     starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     columns = []
