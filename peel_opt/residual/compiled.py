@@ -51,10 +51,7 @@ class Compiled:
 
     def __call__(self, *arguments: np.ndarray) -> list[np.ndarray]:
         """Values of all outputs, the caller's own: column vectors flat, matrices in column order."""
-        try:
-            buffers = self._local.buffers
-        except AttributeError:
-            buffers = self._local.buffers = self._allocate()
+        buffers = self._buffers()
         for slot, argument in zip(buffers.arguments, arguments, strict=True):
             slot[:] = argument
         buffers.evaluate()
@@ -62,8 +59,7 @@ class Compiled:
 
     def many(self, *arguments: np.ndarray) -> list[np.ndarray]:
         """Values of all outputs for each row of the arguments, stacked along the first axis."""
-        self(*(argument[0] for argument in arguments))
-        buffers = self._local.buffers
+        buffers = self._buffers()
         stacks = [np.empty((len(arguments[0]), *result.shape)) for result in buffers.results]
         for i, row in enumerate(zip(*arguments, strict=True)):
             for slot, argument in zip(buffers.arguments, row, strict=True):
@@ -72,6 +68,13 @@ class Compiled:
             for stack, result in zip(stacks, buffers.results, strict=True):
                 stack[i] = result
         return stacks
+
+    def _buffers(self) -> _Buffers:
+        try:
+            buffers: _Buffers = self._local.buffers
+        except AttributeError:
+            buffers = self._local.buffers = self._allocate()
+        return buffers
 
     def _allocate(self) -> _Buffers:
         function = self.function
