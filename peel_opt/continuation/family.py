@@ -33,7 +33,7 @@ from ..residual.linear import Linearised
 from ..residual.newton import Correction, correct, correct_sharply
 from ..residual.phases import Layout, fits, layout, without_empty_phases, without_thinnest_inner_phase
 from .corners import crossed, next_corner
-from .points import Point, arclength_between, interpolated, place_of, scalars_of, turning
+from .points import Point, arclength_between, interpolated, place_of, predicted, scalars_of, turning
 
 #: Distance in the coordinates of the arclength beyond which steps grow: no rod gets there
 #: before its tip touches the plate, but the linear law and beta0 = 0 know no end.
@@ -138,11 +138,13 @@ class Family:
         at = Linearised.at(problem, x, *self.closures, Plane.facing(forward))
         return Point(problem, x, at.tangent(), arclength, iterations, at.sign())
 
-    def step(self, here: Point, ds: float) -> Point | None:
-        """Advance by ``ds`` along the tangent; None if the corrector fails."""
+    def step(self, here: Point, ds: float, behind: Point | None = None) -> Point | None:
+        """Advance by ``ds`` along the tangent, started by a point behind too; None if the corrector fails."""
         plane = Plane.across(here.place, here.direction, ds)
         problem = here.problem
-        result = correct(problem, here.x + ds * here.tangent, (*self.closures, plane))
+        if _outlives_its_phases(here, ds) and (there := self._merge_step(here, plane, ds)) is not None:
+            return there
+        result = correct(problem, predicted(here, ds, behind), (*self.closures, plane))
         if not result.converged:
             return self._merge_step(here, plane, ds)
         if len(self.law.pieces) > 1:
@@ -171,10 +173,10 @@ class Family:
     def walk(self, start: Point, control: StepControl | None = None) -> Iterator[Point]:
         """Yield points from ``start`` on, until the step falls below its floor."""
         control = control or StepControl()
-        here, ds = start, control.first
+        here, ds, behind = start, control.first, None
         yield here
         while ds > control.smallest:
-            there = self.step(here, ds)
+            there = self.step(here, ds, behind)
             if there is not None and here.direction @ there.direction < control.turn:
                 there = None
             if there is None or crossed(self, here, there):
@@ -187,7 +189,7 @@ class Family:
                 # Far out the coordinates grow without end, and the steps with them.
                 far = float(np.linalg.norm(there.place)) / FAR
                 ds = min(1.6 * ds, control.largest * max(1.0, far))
-            here = there
+            behind, here = here, there
             yield here
 
     def solve_between(
@@ -323,6 +325,13 @@ def is_flat(profile: Profile) -> bool:
 def _resolution(point: Point) -> float:
     """Length of branch below which doubles do not tell places apart, far out."""
     return 16.0 * EPS * max(abs(point.arclength), float(np.linalg.norm(point.place)))
+
+
+def _outlives_its_phases(here: Point, ds: float) -> bool:
+    """Whether an inner phase ends on the next step: the square of its length falls evenly to zero there."""
+    phases, lengths, rates = here.problem.phases, here.x[here.problem.inner], here.tangent[here.problem.inner]
+    ends = lengths + 2.0 * ds * rates < 0.0
+    return any(ends[j] and phases[j - 1] == phases[j + 1] for j in range(1, len(phases) - 1))
 
 
 def _past_a_corner(low: Point, problem: Discretisation, high: Point) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -149,6 +150,16 @@ def interpolated(here: Point, there: Point, share: float | np.ndarray) -> np.nda
         A, m, sigma, _ = (here.problem.tail.start + k for k in range(4))
         x[..., m] = (pressure - 1.0) * x[..., sigma] ** 3 / x[..., A]
     return x
+
+
+def predicted(here: Point, ds: float, behind: Point | None) -> np.ndarray:
+    """Unknowns a way ahead: along the tangent, or by the cubic through a point and the one behind it."""
+    if behind is None or behind.problem is not here.problem:
+        return here.x + ds * here.tangent
+    chord = here.place - behind.place
+    # The arc over a chord, by the angle between its ends.
+    span = math.sqrt(chord @ chord) * (1.0 + (1.0 - float(here.direction @ behind.direction)) / 12.0)
+    return cubic(np.array(1.0 + ds / span), behind.x, here.x, span * behind.tangent, span * here.tangent)
 
 
 def cubic(t: np.ndarray, a: Any, b: Any, da: Any, db: Any) -> np.ndarray:
