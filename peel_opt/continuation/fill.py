@@ -153,7 +153,7 @@ def _solved_between(
             _corrected(pairs[owner][0], x[i], rates[i, :, -1], steps) if good[i] else None
             for i, owner in enumerate(owners)
         ]
-    segment = Segment.at(stack, family.closure, A, stack.gathered(start))
+    segment = Segment.at(stack, family.closure, A, stack.gathered(start), sharp=True)
     turned = np.sign([pairs[owner][0].turn.A for owner in owners])
     points = segment.points(np.zeros(len(A)), turned)
     good = segment.solved.converged.tolist()
