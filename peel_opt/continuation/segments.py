@@ -220,8 +220,9 @@ class Segment:
         low, high = segment.A[at], segment.A[at + 1]
         begins = np.array([slopes[kind][i] for kind, i in brackets])
         left, enough = found._each(reads), LAST + IDLE * found.error
+        off = np.abs(left / bends) * found.speeds
         for _ in range(SECANTS):
-            before, ahead = left, left * begins > 0.0
+            before, nearer, ahead = left, off, left * begins > 0.0
             low, high = np.where(ahead, found.A, low), np.where(ahead, high, found.A)
             aim = found.A - left / bends
             inside = (low - NEAR <= aim) & (aim <= high + NEAR)
@@ -232,7 +233,9 @@ class Segment:
             # What a short step changes is lost in rounding.
             far = np.abs(moved) * found.speeds > NEAR
             bends = np.where(far, (left - before) / np.where(far, moved, 1.0), bends)
-            if np.all(np.abs(left / bends) * found.speeds < enough):
+            off = np.abs(left / bends) * found.speeds
+            lost = (off < NEAR) & (off > 0.5 * nearer)  # in rounding
+            if np.all((off < enough) | lost):
                 break
         widths = found._widths(reads, bends)
         near = NEAR / found.speeds
