@@ -23,11 +23,11 @@ from numpy.polynomial import chebyshev
 
 from ..base.arrays import EPS
 from ..base.threads import one_thread
-from ..model.hierarchy import NODES
 from ..model.series_curve import curve
 from ..residual.accuracy import can_estimate
 from ..residual.batch import Solved
 from ..residual.closures import READINGS
+from ..residual.meshes import SUMMED
 from ..residual.spectral import Spectral
 from ..residual.stack import TAIL, Stack, stack_of
 from .family import Family
@@ -171,7 +171,7 @@ class Interpolant:
         if not alpha1.size:
             return None
         assert isinstance(family.transcription, Spectral)
-        stack, summed = (stack_of(mesh, law.pieces[:1]) for mesh in (family.transcription, Spectral(NODES)))
+        stack, summed = (stack_of(mesh, law.pieces[:1]) for mesh in (family.transcription, SUMMED))
         domain = (float(A[0]), float(A[-1]))
         for count in COUNTS:
             places = 0.5 * (domain[0] + domain[1]) + 0.5 * (domain[1] - domain[0]) * _chebyshev(count)

@@ -18,11 +18,10 @@ import numpy as np
 from ..base.arrays import EPS
 from ..base.errors import NotConverged
 from ..model.groups import PI4
-from ..model.hierarchy import NODES
 from ..model.series_curve import SeriesCurve, curve
 from ..residual.closures import Closure
 from ..residual.discretisation import Discretisation
-from ..residual.spectral import Spectral
+from ..residual.meshes import SUMMED
 from .question import Question
 from .result import Stats
 
@@ -103,7 +102,7 @@ def closed_form(posed: Question, state: str, orders: tuple[int, ...], tol: float
         unknowns=1,
         condition=root.condition,
     )
-    problem = Spectral(NODES).discretise(law.pieces[:1])
+    problem = SUMMED.discretise(law.pieces[:1])
     x = curve(order).unknowns(root.alpha1, root.sigma, root.lam)
     return ClosedForm(problem, x, root.state, root.error, stats)
 

@@ -65,7 +65,7 @@ class _Terms:
         weights = np.stack([np.ones(summed), p[:summed], q[:summed]])
         return cls(modes.lam[j, k], p, q, weights, starts, summed)
 
-    @np.errstate(under="ignore")
+    @np.errstate(under="ignore")  # close to T high powers vanish, and should
     def terms(self, alpha: float, alpha1: float) -> np.ndarray:
         """Evaluate all terms."""
         degree = len(self.starts)
@@ -75,7 +75,6 @@ class _Terms:
         return terms
 
 
-@np.errstate(under="ignore")  # close to T high powers vanish, and should
 def _powers(x: Any, highest: int) -> np.ndarray:
     """x^0 ... x^highest along a first axis."""
     powers = np.empty((highest + 1, *getattr(x, "shape", ())))

@@ -7,6 +7,7 @@ refined until it is as accurate as wanted, whatever mesh it starts on.
 
 from __future__ import annotations
 
+from ..model.hierarchy import NODES
 from .spectral import Spectral
 
 #: Walks that answers are looked up on: folds to some 1e-11 of p/T0, in a third of the time of 24 nodes.
@@ -14,6 +15,9 @@ PATH = Spectral(nodes=16)
 
 #: Single answers from seeds, which are of states on that mesh: what the bond has let go needs no nodes.
 SEEDED = Spectral(nodes=16, free_arc=True)
+
+#: That of the shapes that the series sums.
+SUMMED = Spectral(nodes=NODES)
 
 #: Curves at fixed beta0 under the linear law, their folds and Maxwell points: to rounding for beta0 up
 #: to 100 (24 and 36 nodes agree to 1e-12).
