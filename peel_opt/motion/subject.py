@@ -110,14 +110,14 @@ class Subject:
             lifted = self.lifted(pressure)
             if lifted is None:
                 raise
-            raise self._stable(pressure, lifted, snapping=snap is not None) from error
+            raise self._stable(pressure, lifted, snapping=snap is not None or branch.overshoots) from error
         return Beginning(stretched(state, state.length_ratio), state)
 
     def _stable(self, pressure: float, lifted: Posture, *, snapping: bool) -> NoEquilibrium:
         """Say that nothing snaps at a pressure at which a rod is lifted."""
         units, length = Units.of(self.rod), self.rod.length(float(lifted.s[-1]))
         why = "the pressure is too low" if snapping else "its rod does not snap, but grows stably"
-        there = "is lifted" if lifted.theta.any() else "lies flat"
+        there = "is lifted" if lifted.theta.any() else "lies flat, or nearly so,"
         if lifted.theta[0] > 0.0:
             there = "rests with its tip on the wall"
         return NoEquilibrium(

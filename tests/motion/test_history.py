@@ -170,7 +170,7 @@ def test_an_edge_is_loaded_past_its_snap_and_let_down(bond: str) -> None:
         # T0 y0/2 a length that was glued and is fully open, less near the front.
         assert run.energy.bond_loss[-1] == pytest.approx(0.5 * (run.front[-1] - 2.3), abs=0.15)
         assert run.dissipated[-1] > run.energy.bond_loss[-1]
-        assert np.all(np.diff(run.front[run.t > 420.0]) > -1e-9)
+        assert np.all(np.diff(run.front[run.t > 420.0]) > -run.error)
 
 
 @pytest.mark.parametrize(

@@ -401,12 +401,21 @@ def test_an_edge_comes_to_rest_folded_or_stands(
 
 @pytest.mark.slow
 def test_a_scene_whose_tip_lands_rests_in_its_folded_state_to_the_error_of_the_mesh() -> None:
-    scene = po.Scene(ONE, natural_curvature=0.3)
+    scene = po.Scene(ONE, [po.Pressure(po.profiles.linear(-0.1))])
     snapped = po.snap(scene, 0.5)
     assert snapped.outcome == "folded"
     assert snapped.event("contact").y == 0.0
     assert snapped.arrest is not None
     assert abs(snapped.front[-1] - snapped.arrest.length) < snapped.error < 2e-2
+
+
+@pytest.mark.slow
+def test_a_tip_that_its_curvature_presses_on_the_plate_stays_there() -> None:
+    """What lifts the tip of a rod that lies down presses it down once the rod is folded over."""
+    snapped = po.snap(po.Scene(ONE, natural_curvature=0.3), 0.5)
+    assert snapped.outcome == "touching"
+    assert snapped.tip.y[-1] == 0.0
+    assert snapped.arrest is None
 
 
 @pytest.mark.slow
