@@ -133,8 +133,8 @@ def front_of(chain: Chain, at: Moment) -> float:
 def _damaged_to(chain: Chain, at: Moment) -> float:
     """Return where the opening that there has been would vanish, from where it is `DAMAGED` of the range.
 
-    It grows with the third power of the distance from the front.  A bond that was never fully open has as
-    range what it was open to.
+    It grows with the third power of the distance from the front, which is within the two links beyond the
+    last node that was ever open.  A bond that was never fully open has as range what it was open to.
     """
     most = float(np.max(at.open_to, where=chain.glued(len(at.u)) > 0.0, initial=0.0))
     above = np.flatnonzero(at.open_to > DAMAGED * min(1.0 / chain.memory.ratio, most))
@@ -145,7 +145,8 @@ def _damaged_to(chain: Chain, at: Moment) -> float:
         return chain.h * (k + 1)
     near, far = np.cbrt(at.open_to[[k, k - 2]]).tolist()
     slope = 0.5 * (far - near)
-    return chain.h * (k + near / slope) if slope > 0.0 else chain.h * (k + 1)
+    furthest = int(np.flatnonzero(at.open_to)[-1]) + 2
+    return chain.h * min(k + near / slope, furthest) if slope > 0.0 else chain.h * (k + 1)
 
 
 def _known_front(chain: Chain, at: Moment, before: float | None = None) -> Moment:

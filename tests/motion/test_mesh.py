@@ -15,7 +15,7 @@ from peel_opt.motion.acting import loads_on
 from peel_opt.motion.chain import THETA, UNKNOWNS, Chain, Z
 from peel_opt.motion.memory import Memory
 from peel_opt.motion.mesh import carried, chain_of, run_on_mesh
-from peel_opt.motion.moments import Moment, begun, step
+from peel_opt.motion.moments import Moment, begun, front_of, step
 from peel_opt.motion.readings import Recorder, at_rest_in, missed
 from peel_opt.motion.run import Posture, Setting, Until
 from peel_opt.motion.tracking import track as track_front
@@ -456,3 +456,10 @@ def test_a_natural_curvature_moves_a_rod_as_a_moment_does():
     gained = [run.energy.bending[-1] - run.energy.bending[0] for run in (curled, bent)]
     assert bent.energy.work[-1] - curled.energy.work[-1] == pytest.approx(gained[1] - gained[0])
     assert gained[0] < -0.01 < 0.01 < gained[1]
+
+
+def test_a_damaged_front_is_no_further_than_what_was_open():
+    # Heights that hardly change with the distance, as those of a wave, would vanish far beyond the rod.
+    chain = Chain(0.1, Memory(COHESIVE, 1.0, "damage"), 0.0, 1.0)
+    assert front_of(chain, lies(1.3, 1.001, 1.0)) == pytest.approx(0.5)
+    assert front_of(chain, lies(64.0, 27.0, 8.0)) == pytest.approx(0.4)
