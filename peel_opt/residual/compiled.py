@@ -12,11 +12,13 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 #: Systems up to this size are solved dense, and larger ones of which so large a share is not zero.
 DENSE_LIMIT, DENSE_SHARE = 150, 0.3
@@ -108,6 +110,8 @@ class Pattern:
 
     def matrix(self, nonzeros: np.ndarray) -> sp.csc_matrix:
         """Return the matrix with these nonzeros."""
+        import scipy.sparse as sp
+
         # A matrix without zeros comes out of `Compiled` as a full one.
         return sp.csc_matrix((np.ravel(nonzeros, order="F"), self.rows, self.pointers), shape=self.shape)
 

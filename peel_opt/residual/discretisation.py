@@ -22,17 +22,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
 
 from ..base.errors import InvalidInput
 from ..model.bond import Piece
 from ..model.equations import FIELDS, SCALARS, Scalars, identity, symbolic
 from ..model.stretch import shared_kink
 from .compiled import Compiled, Pattern, is_dense, keep
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 #: Pieces of the law from the free tip to the detachment point.
 Phases = tuple[Piece, ...]

@@ -16,13 +16,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg.lapack import dgetrf, dgetrs
-from scipy.sparse.linalg import splu
 
 from ..base.threads import one_thread
 from ..model.bond import Piece
@@ -30,6 +28,9 @@ from ..model.equations import Scalars, identity_terms, symbolic
 from .closures import TERMS, Closing, chart, derivatives, equations, parameters, symbols
 from .compiled import Compiled, Pattern, is_dense, keep
 from .discretisation import Discretisation
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 #: Step along the imaginary axis.  No difference is taken, so that it may be as small as this.
 IMAGINARY = 1e-30
@@ -93,6 +94,8 @@ class SparseFactors:
     """
 
     def __init__(self, matrix: sp.csc_matrix) -> None:
+        from scipy.sparse.linalg import splu  # which takes long to import, and small systems are dense
+
         self.factors = splu(matrix)
 
     def solve(self, right: np.ndarray, *, transposed: bool = False) -> np.ndarray:
