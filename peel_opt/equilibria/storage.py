@@ -18,11 +18,10 @@ from ..base.records import Column, Table, array, entries, titled
 from ..model.law_samples import samples
 from ..model.named_laws import law_named
 from ..model.rod import Rod, Units, rod_from
-from ..model.scene import Scene
-from ..model.scene_record import record_of, scene_of, words_of
 from ..residual.shape import Shape, Solution
 
 if TYPE_CHECKING:
+    from ..model.scene import Scene
     from .result import Equilibrium
 
 #: How far a number may lie from what follows from others: powers and roots round as the machine does.
@@ -98,6 +97,8 @@ def scene_head(scene: Scene | str) -> dict[str, Any]:
     """Return a scene in words, and what it is made of where none of its parts is the reader's own."""
     if isinstance(scene, str):
         return {"scene": scene}
+    from ..model.scene_record import record_of, words_of  # which takes long to import
+
     record = record_of(scene)
     return {"scene": words_of(scene)} | ({} if record is None else {"scene_parts": record})
 
@@ -105,6 +106,8 @@ def scene_head(scene: Scene | str) -> dict[str, Any]:
 def scene_from(head: Mapping[str, Any], rod: Rod | None) -> Scene | str | None:
     """Return the scene that `scene_head` was made of, or what it was called."""
     if "scene_parts" in head and rod is not None:
+        from ..model.scene_record import scene_of
+
         return scene_of(entries(head, dict, "scene_parts")["scene_parts"], rod)
     return str(entries(head, str, "scene")["scene"]) if "scene" in head else None
 
@@ -200,7 +203,7 @@ def require_agreement(eq: Equilibrium, head: dict[str, Any], columns: dict[str, 
     for key, stored in (head | columns).items():
         if key in derived and not _agree(stored, derived[key]):
             raise ValueError(f"its {key!r} is not what follows from its other numbers")
-    if isinstance(eq.scene, Scene):
+    if eq.scene is not None and not isinstance(eq.scene, str):
         sizes = {name: kind.size(eq.scene.rod) for name, kind in eq.scene.dimensions.items()}
         for name, value in eq.scene.numbers.items():
             if name != eq.answered and not _agree(eq.numbers.get(name), value * sizes[name]):
