@@ -84,14 +84,15 @@ def heights_with_extrema(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
     xi, u = profile.coordinates().ravel(), profile.heights().ravel()
     keep = np.append(True, np.diff(xi) > 0)
     xi, u = xi[keep], u[keep]
-    turning = np.flatnonzero((u[1:-1] - u[:-2]) * (u[2:] - u[1:-1]) < 0) + 1
+    width = np.diff(xi)
+    slope = np.diff(u) / width
+    turning = np.flatnonzero(slope[:-1] * slope[1:] < 0) + 1
     if not turning.size:
         return xi, u
-    vertices = []
-    for i in turning:
-        a, b, _ = np.polyfit(xi[i - 1 : i + 2] - xi[i], u[i - 1 : i + 2], 2)
-        vertices.append(xi[i] - b / (2 * a))
-    extra = np.array(vertices)
+    # Of the parabola through each and its neighbours.
+    before, after = slope[turning - 1], slope[turning]
+    along = before * width[turning] + after * width[turning - 1]
+    extra = xi[turning] - 0.5 * along / (after - before)
     at_extra = profile.heights_at(extra)
     order = np.argsort(np.concatenate([xi, extra]), kind="stable")
     return np.concatenate([xi, extra])[order], np.concatenate([u, at_extra])[order]
