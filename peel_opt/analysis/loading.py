@@ -103,6 +103,9 @@ class LoadingCurve(Pictured, Stored):
         return f"LoadingCurve of {len(self)} points: an edge without glue on {flaw} {self.outcome}"
 
 
+#: Ends of a branch at which the tip comes down to the plate.
+TOUCHED = ("contact", "touched")
+
 #: Its columns.
 ARRAYS = tuple(f.name for f in fields(LoadingCurve) if f.type == "np.ndarray")
 
@@ -148,8 +151,10 @@ def loading_curve(
         last, ended = _end(branch)
     end = last.scalars.A
     angles = end * np.linspace(0.0, 1.0, points)[1:] ** 2
-    rows = [_solved(scene, _start(branch, A), A) for A in angles[:-1]]
-    rows.append(_solved(scene, last, end))
+    rows = [_solved(scene, _start(branch, A), Closure("amplitude", A)) for A in angles[:-1]]
+    # Where the tip comes down its angle stands nearly still, and the pressure tells the states apart.
+    at_end = ("pressure", last.scalars.pressure_ratio) if ended in TOUCHED else ("amplitude", end)
+    rows.append(_solved(scene, last, Closure(*at_end)))
     rest = (0.0, scene.numbers["unbonded"], 0.0, 0.0, 0.0, 0.0)
     P, sigma, A, y, error, certificate = np.array([rest, *rows]).T
     return LoadingCurve(
@@ -180,20 +185,20 @@ def _start(branch: SceneBranch, A: float) -> Profile:
     return branch.candidates(Closure("amplitude", A))[0].profile
 
 
-def _solved(scene: Scene, start: Profile, A: float) -> tuple[float, ...]:
-    """Return p/T0, sbar/eta, A, y_tip/eta, error and certificate of the state at a tip angle."""
+def _solved(scene: Scene, start: Profile, held: Closure) -> tuple[float, ...]:
+    """Return p/T0, sbar/eta, A, y_tip/eta, error and certificate of the state at an angle or a pressure."""
     found = []
     for mesh in SNAPS:
-        solved = loaded(scene, mesh).solve(start, Closure("amplitude", A))
+        solved = loaded(scene, mesh).solve(start, held)
         if solved is None:
             raise NotConverged(
-                f"the state at a tip angle of {-A:.4g} rad was lost.",
+                f"the state at a tip angle of {-start.scalars.A:.4g} rad was lost.",
                 remedy="Give another number of points.",
             )
         problem, x = solved[0], solved[1].x
         assert isinstance(problem, SceneDiscretisation)
         s, (tip, _, _) = problem.scalars(x), problem.ends(x)
-        found.append(np.array([s.pressure_ratio, s.sigma, tip.y]))
+        found.append(np.array([s.pressure_ratio, s.sigma, tip.y, s.A]))
         missed = problem.certificate(x)
-    P, sigma, y = (float(v) for v in found[-1])
+    P, sigma, y, A = (float(v) for v in found[-1])
     return P, sigma, A, y, float(np.abs(found[-1] - found[0]).max()), missed

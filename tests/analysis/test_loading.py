@@ -45,6 +45,20 @@ def test_a_long_edge_grows_stably_until_the_bond_fails() -> None:
         po.safe_pressure(po.Rod.from_ratio(1.0), 4.0)
 
 
+@pytest.mark.parametrize(
+    ("r", "a"),
+    [(0.75, 8.0), *(pytest.param(*each, marks=pytest.mark.slow) for each in [(0.1, 5.0), (10.0, 200.0)])],
+)
+def test_a_longer_one_does_until_its_tip_comes_down(r: float, a: float) -> None:
+    curve = po.loading_curve(po.Rod.from_ratio(r), a, points=4)
+    assert "tip comes back to the plate" in curve.outcome
+    with pytest.raises(po.NoEquilibrium, match="tip comes back") as refused:
+        po.safe_pressure(curve.rod, a)
+    assert refused.value.nearest == pytest.approx(curve.pressure[-1], rel=1e-3)
+    assert curve.tip_angle[-1] == pytest.approx(-4.0 * np.pi / 3.0, abs=1e-4)
+    assert curve.tip_height[-1] == pytest.approx(0.0, abs=1e-4 * a)
+
+
 def test_it_is_in_the_units_of_the_rod(curve: po.LoadingCurve) -> None:
     rod = po.Rod(2.3e-5, 140e3, 2.3e-5 ** (1 / 3) * 140e3 ** (-1 / 3))
     own = po.loading_curve(rod, rod.eta, points=12)
