@@ -102,18 +102,15 @@ def sample_shape(problem: Discretisation, unknowns: np.ndarray) -> Shape:
     dense = np.linspace(0.0, 1.0, DENSE_POINTS)
     nodes, _ = chebyshev(QUADRATURE_POINTS)
     both = np.concatenate([dense, nodes])
-    phases = len(problem.phases)
-    values = problem.sampler(both)(unknowns)[0].reshape(phases, len(both), 5)
-    scalars, lengths = problem.scalars(unknowns), problem.lengths(unknowns)
-    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
-    columns = []
-    x_start = 0.0
-    for j in range(phases):
-        Theta, K, nx, ny, Y = values[j, :DENSE_POINTS].T * scalars.A
-        x = x_start + lengths[j] * (_integrals() @ np.cos(scalars.A * values[j, DENSE_POINTS:, 0]))
-        x_start = x[-1]
-        keep = slice(0 if j == 0 else 1, None)
-        columns.append(np.stack([starts[j] + lengths[j] * dense, x, Y, Theta, K, nx, ny])[:, keep])
-    xi, x, y, theta, curvature, Nx, Ny = np.concatenate(columns, axis=1)
+    A, lengths = problem.scalars(unknowns).A, problem.lengths(unknowns)
+    values = A * problem.sampler(both)(unknowns)[0].reshape(len(lengths), len(both), 5)
+    starts = np.cumsum(lengths) - lengths
+    # x within each phase, and up to its end.
+    x = lengths[:, None] * (np.cos(values[:, DENSE_POINTS:, 0]) @ _integrals().T)
+    ends = np.cumsum(x[:, -1])
+    kept = np.ones(x.shape, dtype=bool)
+    kept[1:, 0] = False
+    theta, curvature, Nx, Ny, y = np.ascontiguousarray(values[:, :DENSE_POINTS][kept].T)
+    xi, x = starts[:, None] + lengths[:, None] * dense, x + (ends - x[:, -1])[:, None]
     # theta(1) = y(1) = x(1) = 0 are conditions, not results.
-    return Shape(xi, x - x_start, y, theta, curvature, Nx, Ny)
+    return Shape(xi[kept], x[kept] - ends[-1], y, theta, curvature, Nx, Ny)
