@@ -210,7 +210,8 @@ def solve(
         going, keeps = going[sound], keeps[sound]
         x[going] += update[going]
         # Where rounding lets an update get no smaller, it stops as well.
-        settled = ~keeps & (step[going] < 1e4 * ENOUGH) & (step[going] > 0.5 * before[going])
+        settled = (step[going] < 1e4 * ENOUGH) & (step[going] > 0.5 * before[going])
+        settled &= ~keeps | (chord < FINE)
         done = (step[going] < ENOUGH) | settled
         converged[going[done]] = True
         going = going[~done]
