@@ -45,6 +45,9 @@ ROUNDING = 1e-14
 #: a/eta from which the way to a critical flaw begins, where none is found from an edge that holds.
 BEGINNING = 0.5
 
+#: p/T0 above which an edge is lost beside T0, as a short one, and below which as a long one.
+HALF = 0.5
+
 #: Edges that hold, over (k y0/T0)^(1/4): near T0 as a multiple of 1 - p/T0, and as a share of that of a
 #: clamped flap.
 NEAR_T, CLAMPED = 0.5, 0.25
@@ -252,7 +255,9 @@ def snap_of(branch: SceneBranch, scene: Scene) -> Located:
     if branch.ends[1] in ("stalled", "limit"):
         raise NotConverged(
             f"no snap was met as far as the edge could be followed ({reached}).",
-            remedy="Give a shorter edge, or a higher pressure.",
+            remedy="Give a shorter edge."
+            if branch.family.free is None
+            else f"Give a {'lower' if s.pressure_ratio > HALF else 'higher'} pressure.",
         )
     if branch.overshoots or not branch.rises:
         raise NotConverged(

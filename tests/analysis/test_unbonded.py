@@ -108,6 +108,12 @@ def test_an_imperfection_too_small_to_be_followed_does_not_make_the_large_state_
 
 
 @pytest.mark.slow
+def test_where_the_critical_edge_is_too_short_to_be_met_a_lower_pressure_is_what_helps() -> None:
+    with pytest.raises(po.NotConverged, match=r"no snap was met .* Give a lower pressure"):
+        po.critical_flaw(po.Rod.from_ratio(0.75), 1.0 - 2e-9)
+
+
+@pytest.mark.slow
 def test_an_edge_too_long_to_be_reached_is_named_with_its_length() -> None:
     with pytest.raises(po.NotConverged, match=r"without glue of 1e\+06 eta .* shorter one"):
         po.safe_pressure(po.Rod.from_ratio(0.75), 1e6)
