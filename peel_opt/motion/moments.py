@@ -203,7 +203,7 @@ def _guessed(at: Moment, ratio: float) -> np.ndarray:
 
 def moving(chain: Chain, at: Moment, pressure: float) -> Moment:
     """Return the moment at which a run begins with its forces and rates, which a shape does not say."""
-    after = step(chain, at, SHORTEST, pressure)
+    after = step(chain, at, FIRST if chain.mass else SHORTEST, pressure)  # velocities change by their own
     if after is None:
         return at
     u = np.concatenate([at.u[:, :NX], after.u[:, NX:]], axis=1)

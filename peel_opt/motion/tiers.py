@@ -61,8 +61,10 @@ def best(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
     resolved, all is done on the mesh: from a length that is not that of the unfolded state itself, which a
     mesh has elsewhere.
     """
+    # What follows the landing of a rod with mass depends on how it bounces.
+    meshed = replace(until, contact=until.contact or bool(setting.mass))
     if setting.bond != "reversible":
-        return on_meshes(partial(run_on_mesh, setting, start, until), told)
+        return on_meshes(partial(run_on_mesh, setting, start, meshed), told)
     beyond_contact = not (until.contact or setting.mass)
     try:
         known = _tracked(setting, start, replace(until, arc=beyond_contact), told)
@@ -75,9 +77,7 @@ def best(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
         return _gone_on(setting, known, until, told) if _goes_on(known.run) else known
     except NotConverged:
         opened = replace(start, s=OPENED * start.s)
-        # What follows the landing of a rod with mass depends on how it bounces.
-        last = replace(until, contact=until.contact or bool(setting.mass))
-        return on_meshes(partial(run_on_mesh, setting, opened, last), told)
+        return on_meshes(partial(run_on_mesh, setting, opened, meshed), told)
 
 
 def on_meshes(run: Callable[..., Track], told: Told) -> Known:
