@@ -46,7 +46,7 @@ def departure(setting: Setting, eq: Equilibrium) -> Departure:
     NotConverged
         If it could not be solved again.
     """
-    flap, u = _again(setting, eq)
+    flap, u = _still(setting, stretched(eq, eq.length_ratio))
     growth, mode = _growing(flap, u)
     nudge = NUDGE * min(1.0, abs(float(u[0])))
     u, z = u + nudge * mode, nudge * growth * mode
@@ -87,10 +87,21 @@ def require_attached(start: Posture, setting: Setting) -> None:
         )
 
 
-def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
-    """Return an equilibrium as one of the moving rod."""
-    start, still = stretched(eq, eq.length_ratio), np.zeros
-    flap, u, _ = laid_out(setting, DEGREE, eq.length_ratio, *through(start))
+def held_at(setting: Setting, near: Posture) -> float | None:
+    """Return the detached length of the equilibrium next to a posture; None if none holds the rod."""
+    try:
+        flap, u = _still(setting, near)
+    except NotConverged:
+        return None
+    rates, _ = _rates(flap, u)
+    grows = rates[np.isfinite(rates) & (np.abs(rates) < FASTEST)].real.max(initial=-np.inf)
+    return float(u[flap.lengths].sum()) if grows < 0.0 else None
+
+
+def _still(setting: Setting, near: Posture) -> tuple[Flap, np.ndarray]:
+    """Return the equilibrium of the moving rod next to a posture."""
+    still = np.zeros
+    flap, u, _ = laid_out(setting, DEGREE, float(near.s[-1]), *through(near))
     last = np.inf
     for _ in range(MOST_CORRECTIONS):
         at = flap.balance(u, still(flap.size), still(flap.size))
@@ -100,18 +111,18 @@ def _again(setting: Setting, eq: Equilibrium) -> tuple[Flap, np.ndarray]:
         if size < SETTLED or 0.5 * last < size < ROUNDED:
             return flap, u
         last = size
-    raise NotConverged("the unstable state could not be solved again as one of a moving rod.")
+    raise NotConverged("the state could not be solved again as one of a moving rod.")
 
 
 def leaves(flap: Flap, u: np.ndarray) -> bool:
     """Whether a rod at rest in this state would leave it by itself, falling away."""
-    rates, _ = _rates(flap, u)
+    rates, _ = _real(*_rates(flap, u))
     return bool(np.any(rates > 0.0))
 
 
 def _growing(flap: Flap, u: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the rate of the motion that grows, and its direction, of a tip that turns by -1."""
-    rates, modes = _rates(flap, u)
+    rates, modes = _real(*_rates(flap, u))
     i = int(np.argmax(rates))
     if rates[i] <= 0.0:
         raise NoEquilibrium(
@@ -122,7 +133,7 @@ def _growing(flap: Flap, u: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _rates(flap: Flap, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rates of small motions about a state, -inf for what is none or swings, and the motions."""
+    """Return the rates of small motions about a state, and the motions; those that are none have no rate."""
     n, still, one = flap.size, np.zeros(flap.size), np.eye(flap.size)
     at, nothing = flap.balance(u, still, still), np.zeros((flap.size, flap.size))
     first, second = at.by_state, -at.by_rate
@@ -132,5 +143,10 @@ def _rates(flap: Flap, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     above, modes = eig(first, second, homogeneous_eigvals=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = above[0] / above[1]
+    return rates, modes[:n]
+
+
+def _real(rates: np.ndarray, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same with a rate of -inf for what swings or is none."""
     real = np.isfinite(rates) & (np.abs(rates.imag) <= 1e-9 * np.abs(rates)) & (rates.real < FASTEST)
-    return np.where(real, rates.real, -np.inf), modes[:n]
+    return np.where(real, rates.real, -np.inf), modes

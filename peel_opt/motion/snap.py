@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..base.checks import finite, positive
-from ..base.errors import InvalidInput, NotConverged, OutOfRange
+from ..base.errors import InvalidInput, NoEquilibrium, NotConverged, OutOfRange
 from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..base.threads import one_thread
@@ -18,12 +20,12 @@ from ..model.bond import CohesiveLaw
 from ..model.rod import Rod, Units
 from ..model.scene import Scene
 from .acting import loads_on
-from .departure import departure, require_attached, stretched
+from .departure import departure, held_at, require_attached, stretched
 from .rates import resistance
 from .run import PARTS, Posture, Setting, Told, Track, Until, in_parts
 from .subject import Subject, lengthened, subject_of
 from .tiers import MESHED, OPENED, best
-from .trajectory import BONDS, SCENE_RESTS, Happening, Ledger, Snap, TipPath, rest_of_scene
+from .trajectory import BONDS, NEAR, SCENE_RESTS, Happening, Ledger, Snap, TipPath, rest_of_scene
 
 #: Longest run, over the unit of time, of a rod that is followed until it rests.
 LONGEST = 3000.0
@@ -124,10 +126,7 @@ def snap(
         fine, error, time_error = best(asked.setting, posture, limit, told)
     found = _in_units(asked, fine, growth, error, time_error)
     if found.outcome in SCENE_RESTS and bond == "reversible":
-        if error < MESHED:
-            found = _resting(asked, found, max(APART, 2.0 * error))
-        elif found.arrest is None:  # close to T0 the mesh cannot tell what is slow from what is at rest
-            found = replace(found, outcome="not settled")
+        found = _resting(asked, fine, found)
     if fine.outcome == "contact" and until != "contact":
         units = Units.of(asked.rod)
         raise OutOfRange(
@@ -291,24 +290,39 @@ def _in_units(asked: _Asked, run: Track, growth: float, error: float, time_error
     )
 
 
-def _resting(asked: _Asked, found: Snap, apart: float) -> Snap:
+def _resting(asked: _Asked, run: Track, found: Snap) -> Snap:
     """Return a motion that came to rest, called as the equilibrium that is known otherwise to be there.
+
+    That may not be on the branch that states are known of, but must then be one of the moving rod itself.
+    Close to T0 a mesh cannot tell what is slow from what is at rest.
 
     Raises
     ------
     NotConverged
-        If none is within ``apart``, over eta.
+        If there is none where the rod stands still, as far as that is known.
     """
-    length, subject = float(found.front[-1]), asked.subject
+    front, resolved, subject = float(run.front[-1]), found.error < MESHED, asked.subject
+    apart = max(APART if resolved else NEAR, 2.0 * found.error)
+    try:
+        known = _known_rest(asked, found.front[-1])
+    except (NoEquilibrium, NotConverged):  # on the branch that is followed
+        known = None
+    if known is not None and abs(known.length_ratio - front) <= apart:
+        named = "folded" if known.state == "folded" else "standing"
+        return found if subject.scene is None else replace(found, outcome=named)
+    last = Posture(run.fraction * front, run.theta[-1], np.zeros_like(run.fraction))
+    own = held_at(asked.setting, last)
+    if own is not None and abs(own - front) <= apart:
+        return found
+    if not resolved:
+        return replace(found, outcome="not settled")
+    nearest = "" if known is None else f": the nearest has {known.length_ratio:.8g}"
+    raise NotConverged(f"the rod came to rest at sbar/eta = {front:.8g}, where no equilibrium is{nearest}.")
+
+
+def _known_rest(asked: _Asked, length: float) -> Equilibrium:
+    """Return the equilibrium that is known to be nearest to where a rod rests, with a length [m]."""
+    subject = asked.subject
     if subject.scene is not None:
-        known = rest_of_scene(subject.scene, asked.pressure, length)
-        found = replace(found, outcome="folded" if known.state == "folded" else "standing")
-    else:
-        known = length_given_pressure(asked.rod, asked.pressure, law=subject.law, state="folded", near=length)
-    front = asked.rod.length_ratio(length)
-    if abs(known.length_ratio - front) > apart:
-        raise NotConverged(
-            f"the rod came to rest at sbar/eta = {front:.8g}, where no equilibrium is: the nearest has"
-            f" {known.length_ratio:.8g}."
-        )
-    return found
+        return rest_of_scene(subject.scene, asked.pressure, length)
+    return length_given_pressure(asked.rod, asked.pressure, law=subject.law, state="folded", near=length)

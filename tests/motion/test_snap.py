@@ -17,8 +17,10 @@ import pytest
 
 import peel_opt as po
 from peel_opt.base.records import Schema
+from peel_opt.model.bond import COHESIVE
 from peel_opt.motion import tiers
-from peel_opt.motion.run import PARTS, in_parts
+from peel_opt.motion.departure import held_at, stretched
+from peel_opt.motion.run import PARTS, Setting, in_parts
 from peel_opt.motion.tracking import goes_round
 from peel_opt.motion.trajectory import Happening
 
@@ -550,3 +552,27 @@ def test_runs_at_several_resolutions_have_one_bar_between_them() -> None:
     assert done == [PARTS / 2, 3 * PARTS / 4, 3 * PARTS / 4 + PARTS // 16]
     assert sum(steps) == PARTS
     assert min(steps) > 0
+
+
+def test_a_rod_may_rest_in_a_state_of_its_own() -> None:
+    setting = Setting(0.3, COHESIVE, 0.9, 0.0, 1.0)
+    unfolded, folded = (
+        po.length_given_pressure(po.Rod.from_ratio(0.3), 0.9, state=state) for state in ("unfolded", "folded")
+    )
+    assert held_at(setting, stretched(folded, 1.001 * folded.length_ratio)) == pytest.approx(
+        folded.length_ratio
+    )
+    assert held_at(setting, stretched(unfolded, unfolded.length_ratio)) is None  # it is left
+    flat = stretched(folded, folded.length_ratio)
+    assert held_at(replace(setting, pressure=0.1), replace(flat, theta=0.0 * flat.theta)) is None
+
+
+@pytest.mark.slow
+def test_a_fold_that_the_branch_of_its_scene_does_not_reach_is_one() -> None:
+    # A rod that hangs is folded on a branch of its own.
+    hangs = po.Scene(ONE, [po.Weight(-0.05)])
+    assert [eq.state for eq in po.equilibria(hangs, pressure=0.3)] == ["lower"]
+    snapped = po.snap(hangs, 0.3)
+    assert snapped.outcome == "folded"
+    assert snapped.arrest is None
+    assert (0.3 + 0.05) * snapped.tip.y[-1] == pytest.approx(0.5, abs=2e-3)  # the identity
