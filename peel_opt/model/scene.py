@@ -112,6 +112,7 @@ class Scene:
             object.__setattr__(self, "stretch", positive("stretch", self.stretch, "N/m"))
         object.__setattr__(self, "glued_strain", finite("glued_strain", self.glued_strain))
         self._require_names()
+        self._require_formulas()
         self._require_front()
         self._require_layer()
         if isinstance(self.tip, Middle) and not self.is_flat:
@@ -126,6 +127,24 @@ class Scene:
             raise InvalidInput(
                 "a bond that resists sliding is modelled on a flat wall.", remedy="Leave out one of them."
             )
+
+    def _require_formulas(self) -> None:
+        """Raise where a load or a wall of the reader's own is nothing that CasADi can take."""
+        at = Place(*(ca.SX.sym(name) for name in ("s", "sbar", "theta", "x", "y", "slip")))
+        q = {name: ca.SX.sym(name) for name in (*self.numbers, "pressure", "ratio")}
+        for part, ask in (*((load, load.force) for load in self.loads), (self.wall, self.wall.gap)):
+            if type(part).__module__.startswith(f"{__package__}."):
+                continue
+            try:
+                for number in map(ca.SX, ask(at, q)):
+                    if number.is_constant() and not math.isfinite(float(number)):
+                        raise ValueError("it is not a number")
+            except Exception as error:
+                raise InvalidInput(
+                    f"{type(part).__name__} cannot be evaluated at a place: {error!r:.120}.",
+                    remedy="It is called with CasADi expressions: write casadi.exp, casadi.if_else and the"
+                    " like, and return a Force, or what a wall has.",
+                ) from error
 
     def _require_layer(self) -> None:
         """Raise where an elastic layer is not modelled."""

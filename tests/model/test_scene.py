@@ -10,11 +10,15 @@ import math
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import peel_opt as po
+from peel_opt.model.dimension import Dimension
+from peel_opt.model.loads import Force, Load
+from peel_opt.model.place import Numbers, Place
 
 ROD = po.Rod.from_ratio(1.0)
 
@@ -67,3 +71,27 @@ def test_a_tip_whose_load_is_named_is_not_a_free_one_however_small_the_load() ->
     elsewhere = pickle.loads(pickle.dumps(free))
     assert elsewhere == free
     assert replace(elsewhere).numbers == {}
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda at, q: Force(y=0.05 if at.theta > -0.5 else 0.0),
+        lambda at, q: Force(y=math.cos(at.theta)),
+        lambda at, q: Force(y=q["nothing"]),
+        lambda at, q: 0.05,
+    ],
+)
+def test_a_load_that_casadi_cannot_take_is_refused_by_its_name(force: Callable[..., Force]) -> None:
+    class Own(Load):
+        parameters: ClassVar[dict[str, Dimension]] = {}
+        keeps_flat: ClassVar[bool] = False
+
+        def force(self, at: Place, q: Numbers) -> Force:
+            return force(at, q)
+
+        def work(self, at: Place, q: Numbers) -> float:
+            return 0.0
+
+    with pytest.raises(po.InvalidInput, match="Own cannot be evaluated at a place"):
+        po.Scene(po.Rod.from_ratio(1.0), [Own()])
