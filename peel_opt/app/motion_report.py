@@ -31,8 +31,8 @@ def motion_table(moved: Snap) -> str:
         aligned(rows),
         "",
         f"{moved.outcome}: {OUTCOMES[moved.outcome]}",
-        f"front and tip are known to {moved.error:.1e} eta, times between moments to"
-        f" {moved.time_error:.1e} {moved.time_unit}; certificate {np.abs(moved.certificate).max():.1e}",
+        f"front and tip are known to {moved.error:.1e} eta{_times(moved)}; certificate"
+        f" {np.abs(moved.certificate).max():.1e}",
     ]
     if moved.events[-1].kind == "given up":
         lines.append("It was given up there: ask --until a time before, or give a --rod-length.")
@@ -45,6 +45,13 @@ def motion_table(moved: Snap) -> str:
             "Drag sets the time and was not given: give --drag, and --mass if it matters, for seconds."
         )
     return "\n".join(lines)
+
+
+def _times(moved: Snap) -> str:
+    """Say how well the times between moments are known, where there are two to compare."""
+    if math.isnan(moved.time_error):
+        return ""
+    return f", times between moments to {moved.time_error:.1e} {moved.time_unit}"
 
 
 def history_table(run: History) -> str:

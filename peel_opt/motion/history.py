@@ -26,6 +26,7 @@ from .moments import LONGEST, begun
 from .rates import resistance
 from .run import PARTS, Posture, Setting, Track, Until, in_parts
 from .subject import Subject, lengthened, subject_of
+from .tiers import apart_in_time
 from .trajectory import (
     BONDS,
     Happening,
@@ -347,7 +348,7 @@ def _in_units(
     """Return the finer of two runs as a result, with what they differ by."""
     # An edge that was never glued is detached, also where it lies flat.
     coarse, fine = (replace(run, front=np.maximum(run.front, subject.loads.unbonded)) for run in runs)
-    error, shift = _apart(coarse, fine)
+    error, shift = apart_in_time(coarse, fine)
     rod = subject.rod
     eta, energy = rod.eta, rod.adhesion_strength * rod.eta**2
     P = np.array([load(t) for t in fine.t])
@@ -379,29 +380,3 @@ def _in_units(
         scene=subject.scene,
         time_error=shift * unit,
     )
-
-
-def _apart(coarse: Track, fine: Track) -> tuple[float, float]:
-    """Return by how much the fronts of two runs differ, and the times of what happens in both."""
-    passed: list[dict[float, list[float]]] = [{}, {}]
-    for run, times in zip((coarse, fine), passed, strict=True):
-        for event in run.events:
-            if event.kind == "angle":
-                times.setdefault(round(event.angle, 1), []).append(event.t)
-    both = [(passed[0][angle], passed[1][angle]) for angle in passed[0].keys() & passed[1].keys()]
-    shifts = [np.abs(np.subtract(*pair)).max() for pair in both if len(pair[0]) == len(pair[1])]
-    shift = float(max(shifts, default=0.0))
-    return max(_missed(coarse, fine, shift), _missed(fine, coarse, shift)), shift
-
-
-def _missed(run: Track, other: Track, shift: float) -> float:
-    """Return how far the front of a run is at most from all that another has within a time."""
-    t = np.union1d(run.t, other.t)  # one that has ended keeps its last front
-    front = np.interp(t, run.t, run.front)
-    begin, end = (np.interp(t + by, other.t, other.front) for by in (-shift, shift))
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
-    first, last = np.searchsorted(other.t, t - shift), np.searchsorted(other.t, t + shift, "right")
-    for i in np.flatnonzero(last > first):
-        within = other.front[first[i] : last[i]]
-        low[i], high[i] = min(low[i], within.min()), max(high[i], within.max())
-    return float(np.maximum(np.maximum(low - front, front - high), 0.0).max())

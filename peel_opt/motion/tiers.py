@@ -6,9 +6,8 @@ What two resolutions differ by is the error of the finer one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
 from itertools import takewhile
 from typing import NamedTuple
 
@@ -64,7 +63,7 @@ def best(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
     # What follows the landing of a rod with mass depends on how it bounces.
     meshed = replace(until, contact=until.contact or bool(setting.mass))
     if setting.bond != "reversible":
-        return on_meshes(partial(run_on_mesh, setting, start, meshed), told)
+        return _on_meshes(setting, start, meshed, told)
     beyond_contact = not (until.contact or setting.mass)
     try:
         known = _tracked(setting, start, replace(until, arc=beyond_contact), told)
@@ -77,13 +76,21 @@ def best(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
         return _gone_on(setting, known, until, told) if _goes_on(known.run) else known
     except NotConverged:
         opened = replace(start, s=OPENED * start.s)
-        return on_meshes(partial(run_on_mesh, setting, opened, meshed), told)
+        return _on_meshes(setting, opened, meshed, told)
 
 
-def on_meshes(run: Callable[..., Track], told: Told) -> Known:
-    """Run on two meshes."""
-    coarse, fine = (run(resolution=resolution, told=told) for resolution in (0, 1))
-    return Known(fine, *apart(coarse, fine))
+def _on_meshes(setting: Setting, start: Posture, until: Until, told: Told) -> Known:
+    """Run on two meshes.
+
+    What swings passes few angles for the first time: there the fronts count at all times.
+    """
+    coarse, fine = (
+        run_on_mesh(setting, start, until, resolution=resolution, told=told) for resolution in (0, 1)
+    )
+    error, time_error = apart(coarse, fine)
+    if setting.mass:
+        error, time_error = map(_largest, zip((error, time_error), apart_in_time(coarse, fine), strict=True))
+    return Known(fine, error, time_error)
 
 
 def _is_lost(run: Track) -> bool:
@@ -110,7 +117,7 @@ def _gone_on(setting: Setting, first: Known, until: Until, told: Told) -> Known:
     known = [apart(coarse, then), (first.error, first.time_error)]
     landing = next((e for e in then.events if e.kind == "contact"), None)
     if run.outcome != "contact":
-        known.append((_distance(_when(run, run.t[-1]), _when(then, run.t[-1])), 0.0))
+        known.append((_distance(_when(run, run.t[-1]), _when(then, run.t[-1])), math.nan))
     elif landing is not None:
         events = tuple(e for e in then.events if e.t <= landing.t)
         known.append(apart(run, replace(then, events=events, outcome="contact")))
@@ -118,7 +125,7 @@ def _gone_on(setting: Setting, first: Known, until: Until, told: Told) -> Known:
         known[0] = apart(*(_up_to_rise(mesh, coarse, then) for mesh in (coarse, then)))
         then = rested
     places, times = zip(*known, strict=True)
-    return Known(then, max(places), max(times))
+    return Known(then, _largest(places), _largest(times))
 
 
 def _rested(setting: Setting, run: Track, until: Until, told: Told) -> Track | None:
@@ -214,8 +221,42 @@ def apart(coarse: Track, fine: Track) -> tuple[float, float]:
     if not pairs:
         return math.nan, math.nan
     begins = pairs[0][0].t - pairs[0][1].t
-    passed = [abs(a.t - b.t - begins) for a, b in pairs if a.kind in {"angle", "contact", "end of rod"}]
-    return max(_distance(a, b) for a, b in pairs), max(passed, default=0.0)
+    later = [(a, b) for a, b in pairs[1:] if a.kind in {"angle", "contact", "end of rod"}]
+    return max(_distance(a, b) for a, b in pairs), _largest([abs(a.t - b.t - begins) for a, b in later])
+
+
+def _largest(values: Iterable[float]) -> float:
+    """Return the largest of what is known; nan if nothing is."""
+    return max((value for value in values if not math.isnan(value)), default=math.nan)
+
+
+def apart_in_time(coarse: Track, fine: Track) -> tuple[float, float]:
+    """Return by how much the fronts of two runs from one start differ, and the times of what happens in both.
+
+    A front counts as far as it is from all that the other has within that time.
+    """
+    passed: list[dict[float, list[float]]] = [{}, {}]
+    for run, times in zip((coarse, fine), passed, strict=True):
+        for event in run.events:
+            if event.kind == "angle":
+                times.setdefault(round(event.angle, 1), []).append(event.t)
+    both = [(passed[0][angle], passed[1][angle]) for angle in passed[0].keys() & passed[1].keys()]
+    shifts = [np.abs(np.subtract(*pair)).max() for pair in both if len(pair[0]) == len(pair[1])]
+    shift = float(max(shifts, default=0.0))
+    return max(_missed(coarse, fine, shift), _missed(fine, coarse, shift)), shift
+
+
+def _missed(run: Track, other: Track, shift: float) -> float:
+    """Return how far the front of a run is at most from all that another has within a time."""
+    t = np.union1d(run.t, other.t)  # one that has ended keeps its last front
+    front = np.interp(t, run.t, run.front)
+    begin, end = (np.interp(t + by, other.t, other.front) for by in (-shift, shift))
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    first, last = np.searchsorted(other.t, t - shift), np.searchsorted(other.t, t + shift, "right")
+    for i in np.flatnonzero(last > first):
+        within = other.front[first[i] : last[i]]
+        low[i], high[i] = min(low[i], within.min()), max(high[i], within.max())
+    return float(np.maximum(np.maximum(low - front, front - high), 0.0).max())
 
 
 def _distance(a: Happening, b: Happening) -> float:

@@ -162,7 +162,7 @@ class Snap(Pictured, Stored):
     error : float
         Largest error of front and tip over eta, at one tip angle, from a second resolution.
     time_error : float
-        That of the times between events, in `time_unit`.
+        That of the times between events, in `time_unit`; nan where there are no two to compare.
     scene : Scene or str or None
         What acts on the rod, if that is not the paper's uniform pressure; in words where it was read from a
         file and has parts or functions of the reader's own, which no file holds.

@@ -141,3 +141,17 @@ def test_where_a_front_is_lost_a_mesh_goes_on() -> None:
     assert np.abs(run.certificate[run.t < 25.0]).max() < 1e-8
     assert np.all(np.diff(run.t) > 0.0)
     assert np.abs(run.energy.defect).max() < 1e-2
+
+
+def test_times_are_compared_where_there_are_two_moments() -> None:
+    angles = [Happening("angle", t, 3.0 + t, t, -t, -t) for t in (1.0, 2.0)]
+    run = replace(lost_at(4.0), events=tuple(angles), outcome="flapping")
+    late = replace(run, events=(angles[0], angles[1]._replace(t=2.25)))
+    assert tiers.apart(run, late) == (0.0, 0.25)
+    assert np.isnan(tiers.apart(*(replace(one, events=one.events[:1]) for one in (run, late)))[1])
+
+
+def test_fronts_that_swing_apart_are_seen_at_all_times() -> None:
+    run = replace(lost_at(4.0), events=(), outcome="standing")
+    swung = replace(run, front=run.front + 0.3 * np.sin(run.t))
+    assert tiers.apart_in_time(run, swung) == (pytest.approx(0.3, abs=1e-3), 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -91,7 +92,8 @@ class Film:
         motion = self.motion
         unit = {"s": "s", "tau": "τ"}.get(motion.time_unit, "c η/T₀")
         missed = float(np.abs(motion.certificate).max())
+        times = "" if math.isnan(motion.time_error) else f", {motion.time_error:.0e} {unit} in times"
         return (
             f"{len(motion)} steps, {motion.law} law, with drag, without mass; error {motion.error:.0e} η"
-            f" in front and tip, {motion.time_error:.0e} {unit} in times; certificate {missed:.0e}"
+            f" in front and tip{times}; certificate {missed:.0e}"
         )
