@@ -309,6 +309,8 @@ def _resting(asked: _Asked, run: Track, found: Snap) -> Snap:
         known = None
     if known is not None and abs(known.length_ratio - front) <= apart:
         named = "folded" if known.state == "folded" else "standing"
+        # Both resolutions stand still as far from it.
+        found = replace(found, error=max(found.error, _left(run, known, asked.rod)))
         return found if subject.scene is None else replace(found, outcome=named)
     last = Posture(run.fraction * front, run.theta[-1], np.zeros_like(run.fraction))
     own = held_at(asked.setting, last)
@@ -318,6 +320,13 @@ def _resting(asked: _Asked, run: Track, found: Snap) -> Snap:
         return replace(found, outcome="not settled")
     nearest = "" if known is None else f": the nearest has {known.length_ratio:.8g}"
     raise NotConverged(f"the rod came to rest at sbar/eta = {front:.8g}, where no equilibrium is{nearest}.")
+
+
+def _left(run: Track, rest: Equilibrium, rod: Rod) -> float:
+    """Return how far from its rest a rod is that stands still, over eta; its tip on a plate alone."""
+    off = abs(float(run.front[-1]) - rest.length_ratio)
+    flat = not isinstance(rest.scene, Scene) or rest.scene.is_flat
+    return max(off, abs(float(run.tip.y[-1]) - rod.length_ratio(rest.tip_height))) if flat else off
 
 
 def _known_rest(asked: _Asked, length: float) -> Equilibrium:

@@ -576,3 +576,11 @@ def test_a_fold_that_the_branch_of_its_scene_does_not_reach_is_one() -> None:
     assert snapped.outcome == "folded"
     assert snapped.arrest is None
     assert (0.3 + 0.05) * snapped.tip.y[-1] == pytest.approx(0.5, abs=2e-3)  # the identity
+
+
+def test_the_error_of_a_motion_that_rests_counts_how_far_from_its_rest_it_stands_still() -> None:
+    snapped = po.snap(po.Rod.from_ratio(0.1), 0.95)
+    rest = snapped.arrest
+    assert rest is not None
+    off = abs(snapped.front[-1] - rest.length), abs(snapped.tip.y[-1] - rest.tip_height)
+    assert 0.0 < max(off) <= snapped.error < 1e-6
