@@ -313,7 +313,11 @@ def _ramp(
 
 
 def _borne(subject: Subject, load: Callable[[float], float], sbar: float) -> Callable[[float], float]:
-    """Return a load that raises where a history cannot have it, with the front at ``sbar`` at first."""
+    """Return a load that raises where a history cannot have it, with the front at ``sbar`` at first.
+
+    What depends on where the front is, is known on the way only.
+    """
+    everywhere = not subject.loads.feels & {"s", "sbar"}
 
     def borne(t: float) -> float:
         P = load(t)
@@ -321,7 +325,8 @@ def _borne(subject: Subject, load: Callable[[float], float], sbar: float) -> Cal
             return _below_T0(P)
         if P < 0.0:
             raise OutOfRange(f"the pressures of a history are not negative, got p/T0 = {P:.4g}.")
-        subject.require_holds(subject.rod.pressure(P), sbar)
+        if t == 0.0 or everywhere:
+            subject.require_holds(subject.rod.pressure(P), sbar)
         return P
 
     return borne

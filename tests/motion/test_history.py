@@ -265,3 +265,11 @@ def test_a_strip_that_curls_into_its_wall_rests_there_while_the_pressure_rises()
     assert loaded.error < 0.05
     assert loaded.tip.y.max() < 1e-4
     assert not [event for event in loaded.events if event.kind == "lift"]
+
+
+@pytest.mark.slow
+def test_a_pressure_that_decays_along_the_rod_may_rise_above_the_strength_of_its_bond() -> None:
+    decaying = po.Scene(ROD, [po.Pressure(po.profiles.exponential(5.0))], unbonded=0.5)
+    loaded = po.history(decaying, pressure=([0, 400, 500], [0.3, 1.05, 1.05]))
+    known = po.solve(decaying, free="length", pressure=1.05, near=float(loaded.front[-1]))
+    assert loaded.front[-1] == pytest.approx(known.length, abs=2.0 * loaded.error + 1e-3)
