@@ -753,7 +753,8 @@ def _leading(
         family = way(share)
         solved = _on_its_side(family, profile, held)
         if solved is None:  # a phase may end on the way, and its length with a square root
-            merged = family.merged(profile, family.phases_of(profile).phases)
+            phases = family.phases_of(profile).phases  # which may be more than it was solved in
+            merged = family.merged(profile, phases) if len(phases) == len(profile.lengths) else None
             solved = _on_its_side(family, merged, held) if merged is not None else None
         if solved is None:
             step *= 0.5

@@ -146,3 +146,10 @@ def test_a_flap_outside_a_cylinder_peels_all_around_it() -> None:
     snapped = po.snap(po.Scene(ROD, wall=po.Circle(-0.2), natural_curvature=-0.2), 0.6)
     assert snapped.outcome == "end of rod"
     assert snapped.front[-1] == pytest.approx(10.0 * np.pi, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_shape_that_has_more_phases_than_it_was_solved_in_is_not_merged() -> None:
+    bent = po.Scene(po.Rod.from_ratio(22.3741), natural_curvature=-0.174)
+    with pytest.raises(po.NotConverged, match="lost at 94 %"):
+        po.snap(bent, 0.4)
