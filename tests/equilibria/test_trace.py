@@ -332,10 +332,10 @@ def test_a_loaded_or_pickled_branch_keeps_its_flags() -> None:
 def test_an_interrupted_walk_is_not_taken_for_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     rod, step, count = po.Rod.from_ratio(0.7771), Family.step, itertools.count()
 
-    def interrupted(self: Family, here: Point, ds: float) -> Point | None:
+    def interrupted(self: Family, here: Point, ds: float, behind: Point | None) -> Point | None:
         if next(count) == 6:
             raise KeyboardInterrupt
-        return step(self, here, ds)
+        return step(self, here, ds, behind)
 
     with monkeypatch.context() as patch:
         patch.setattr(Family, "step", interrupted)
