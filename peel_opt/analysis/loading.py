@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -12,8 +14,7 @@ from ..base.drawing import Pictured
 from ..base.errors import NoEquilibrium, NotConverged
 from ..base.records import Column, Schema, Stored, Table, array, entries
 from ..base.threads import one_thread
-from ..continuation.scene_family import SceneBranch, gap_at_tip
-from ..continuation.special import located
+from ..continuation.scene_family import SceneBranch
 from ..model.bond import CohesiveLaw
 from ..model.rod import Rod, Units, rod_from
 from ..model.scene import Scene
@@ -21,12 +22,12 @@ from ..residual.closures import Closure
 from ..residual.discretisation import Profile
 from ..residual.meshes import SNAPS
 from ..residual.scene_spectral import SceneDiscretisation
-from .unbonded import flawed, loaded, loading, snap_of
+from .unbonded import flawed, loaded, loading, snap_of, touching_stretch
 
 #: Why an edge that does not snap is not followed further, in words.
 ENDS = {
     "strength": ", where the bond itself fails",
-    **dict.fromkeys(("contact", "touched"), ", where its tip comes back to the plate"),
+    "contact": ", where its tip comes back to the plate",
 }
 
 
@@ -42,7 +43,7 @@ class LoadingCurve(Pictured, Stored):
     ended : str
         "snap", where the last point is the maximum of the pressure, beyond which there is no state to go on
         to.  Otherwise the edge grows stably to the last point: "strength", where p = T0 and the bond itself
-        fails; "contact" or "touched", where its tip comes back to the plate; or what kept it from being
+        fails; "contact", where its tip comes back to the plate; or what kept it from being
         followed further.
     pressure, length, tip_angle, tip_height : ndarray, shape (n,)
         p [Pa], detached length [m], theta at the tip [rad] and its height [m], in order from rest on.
@@ -103,8 +104,12 @@ class LoadingCurve(Pictured, Stored):
         return f"LoadingCurve of {len(self)} points: an edge without glue on {flaw} {self.outcome}"
 
 
-#: Ends of a branch at which the tip comes down to the plate.
-TOUCHED = ("contact", "touched")
+#: By how much the last state of a curve is short of the pressure at which the tip comes down, as a share of
+#: it: there it would be a crossing.
+SHORT_OF_TOUCH = 3e-4
+
+#: Steps in pressure from where a walk stopped short of it.
+STEPS = 24
 
 #: Its columns.
 ARRAYS = tuple(f.name for f in fields(LoadingCurve) if f.type == "np.ndarray")
@@ -153,8 +158,9 @@ def loading_curve(
     angles = end * np.linspace(0.0, 1.0, points)[1:] ** 2
     rows = [_solved(scene, _start(branch, A), Closure("amplitude", A)) for A in angles[:-1]]
     # Where the tip comes down its angle stands nearly still, and the pressure tells the states apart.
-    at_end = ("pressure", last.scalars.pressure_ratio) if ended in TOUCHED else ("amplitude", end)
-    rows.append(_solved(scene, last, Closure(*at_end)))
+    down = ended == "contact"
+    at_end = Closure("pressure", _pressed_down(scene)) if down else Closure("amplitude", end)
+    rows.append(_solved(scene, _towards(scene, last, at_end) if down else last, at_end))
     rest = (0.0, scene.numbers["unbonded"], 0.0, 0.0, 0.0, 0.0)
     P, sigma, A, y, error, certificate = np.array([rest, *rows]).T
     return LoadingCurve(
@@ -171,13 +177,35 @@ def loading_curve(
 
 
 def _end(branch: SceneBranch) -> tuple[Profile, str]:
-    """Return the last state of an edge that grows stably, and what ends its growth."""
-    if failing := branch.candidates(Closure("pressure", 1.0)):
-        return failing[0].profile, "strength"
-    before, last = branch.points[-2:]
-    if gap_at_tip(last) < 0.0 < gap_at_tip(before):
-        last = located(branch.family, before, last, "contact", gap_at_tip).point
+    """Return the last state of an edge that grows stably, and what ends its growth.
+
+    A walk may step over the place where the tip comes down, and stop beyond or short of it.
+    """
+    down = _pressed_down(branch.family.scene)
+    with suppress(NotConverged):
+        if found := branch.candidates(Closure("pressure", min(down, 1.0))):
+            return found[0].profile, "contact" if down < 1.0 else "strength"
+    last = branch.points[-1]
+    if math.pi < last.scalars.A:  # before it the tip has come down
+        last = next((p for p in branch.points[::-1] if p.scalars.pressure_ratio < down), last)
+        return last.profile, "contact"
     return last.profile, branch.ends[1]
+
+
+def _pressed_down(scene: Scene) -> float:
+    """Return the p/T0 up to which an edge is followed that grows until its tip comes down."""
+    return float((1.0 - SHORT_OF_TOUCH) * (touching_stretch() / scene.numbers["unbonded"]) ** 3)
+
+
+def _towards(scene: Scene, start: Profile, end: Closure) -> Profile:
+    """Return a state nearer to a pressure, in steps; that itself if it is not far."""
+    family, profile = loaded(scene, SNAPS[0]), start
+    share = end.value / start.scalars.pressure_ratio
+    for P in end.value * share ** np.linspace(-1.0, 0.0, STEPS + 1)[1:-1]:
+        solved = family.solve(profile, Closure("pressure", float(P)))
+        if solved is not None:
+            profile = solved[0].profile(solved[1].x)
+    return profile
 
 
 def _start(branch: SceneBranch, A: float) -> Profile:

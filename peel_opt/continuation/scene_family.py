@@ -167,6 +167,13 @@ class SceneFamily(Family):
         """`certificate` of many points, one after the other."""
         return np.array([self.certificate(point) for point in points])
 
+    def step(self, here: Point, ds: float, behind: Point | None = None) -> Point | None:
+        """Advance by ``ds`` along the tangent alone.
+
+        A better start would let steps grow beyond the places where a tip comes down and goes up again.
+        """
+        return super().step(here, ds)
+
     def solve(self, profile: Profile, other: Closing) -> tuple[Discretisation, Correction] | None:
         """Correct from a profile; a step that foresees no length leads nowhere."""
         return super().solve(profile, other) if profile.scalars.sigma > 0.0 else None

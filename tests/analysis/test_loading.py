@@ -47,7 +47,10 @@ def test_a_long_edge_grows_stably_until_the_bond_fails() -> None:
 
 @pytest.mark.parametrize(
     ("r", "a"),
-    [(0.75, 8.0), *(pytest.param(*each, marks=pytest.mark.slow) for each in [(0.1, 5.0), (10.0, 200.0)])],
+    [
+        (0.75, 8.0),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in [(0.1, 5.0), (10.0, 200.0), (10.0, 50.0)]),
+    ],
 )
 def test_a_longer_one_does_until_its_tip_comes_down(r: float, a: float) -> None:
     curve = po.loading_curve(po.Rod.from_ratio(r), a, points=4)
