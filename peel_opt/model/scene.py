@@ -279,10 +279,15 @@ class Scene:
         return lifted and not self.line_energy and self.layer is None  # which no small load overcomes
 
     @property
+    def wall_curvature(self) -> float:
+        """Curvature of the wall, times eta."""
+        return float(self.wall.curvature_of(self.numbers))
+
+    @property
     def imposed_curvature(self) -> float:
         """Curvature of the tip of a rod that lies on the wall, less that of the wall, times eta."""
         q = self.numbers
-        return float(self.tip_curvature(q) - self.wall.curvature_of(q))
+        return float(self.tip_curvature(q)) - self.wall_curvature
 
     def entered(self, share: float) -> dict[str, float]:
         """Return its numbers on the way from the paper's scene (0) to this one (1).

@@ -181,7 +181,7 @@ class SceneLoads(Loads):
     @cached_property
     def wall_curvature(self) -> float:  # type: ignore[override]
         """Of the wall."""
-        return float(self.scene.wall.curvature_of(self.scene.numbers))
+        return self.scene.wall_curvature
 
     def at(
         self,
@@ -208,7 +208,7 @@ class SceneLoads(Loads):
         return {}
 
     def _forces(self, past: Past, n: int) -> ca.Function:
-        """Force at n places, (n, 5) as in `at`, and its derivatives, (n, 12)."""
+        """Force at n places, (n, 5) as in `at`: along x and y, (n, 2)."""
         at, pressure = ca.MX.sym("at", n, 5), ca.MX.sym("pressure")
         theta, x, y, s, sbar = ca.horzsplit(at)
         place = Place(s, sbar, theta, x - sbar, y, slip=x - s, past=past)

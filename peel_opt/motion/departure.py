@@ -59,7 +59,7 @@ def departure(setting: Setting, eq: Equilibrium) -> Departure:
 def stretched(eq: Equilibrium, length: float) -> Posture:
     """Return the shape of an equilibrium at rest, stretched to a length over eta."""
     scene = eq.scene
-    kw = float(scene.wall.curvature_of(scene.numbers)) if isinstance(scene, Scene) else 0.0
+    kw = scene.wall_curvature if isinstance(scene, Scene) else 0.0
     return at_rest(eq.shape, eq.length_ratio, kw, length)
 
 

@@ -239,4 +239,4 @@ def _posture(point: Point) -> Posture:
     assert isinstance(point.problem, SceneDiscretisation)
     shape = SceneSolution(point.problem, point.x, point.problem.settings.scene.bond.law).shape()
     scene, sbar = point.problem.settings.scene, point.scalars.sigma
-    return at_rest(shape, sbar, float(scene.wall.curvature_of(scene.numbers)), sbar)
+    return at_rest(shape, sbar, scene.wall_curvature, sbar)

@@ -21,6 +21,7 @@ from ..base.progress import Progress
 from ..base.progress import progress as telling
 from ..equilibria.branch import Branch, require_branch
 from ..model.scene import Scene
+from ..motion.arc import Arc
 from ..motion.history import History
 from ..motion.trajectory import Snap
 from . import style
@@ -28,7 +29,6 @@ from .axes import axes_or, own_axes
 from .dispatch import drawn_by
 from .motion_panels import MotionPanels, scene_words, seen
 from .mpl import draw_panel, finish
-from .walls import on_circle
 from .words import AxisUnit, length_unit, pressure_unit
 
 if TYPE_CHECKING:
@@ -194,9 +194,9 @@ class _Stage:
         low = 1.1 * float(motion.y.min()) / size
         bent, along = panels.bent, np.linspace(0.0, 2.0 * self.right, 401)
         reach = along if not bent else along[along * abs(bent) < np.pi]
-        self.wall = reach, *on_circle(reach, bent)
+        self.wall = reach, *Arc(bent).at(reach)
         if bent:
-            behind = on_circle(-reach[::-1], bent)
+            behind = Arc(bent).at(-reach[::-1])
             ax.plot(*(np.append(*both) for both in zip(behind, self.wall[1:], strict=True)), **_PLATE)
         else:
             ax.axhline(0.0, **_PLATE)

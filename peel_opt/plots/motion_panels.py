@@ -110,7 +110,7 @@ class MotionPanels:
         scene = self.motion.scene
         if not isinstance(scene, Scene):
             return 0.0
-        return float(scene.wall.curvature_of(scene.numbers)) * self.lengths_in.size / scene.rod.eta
+        return scene.wall_curvature * self.lengths_in.size / scene.rod.eta
 
     @cached_property
     def _axes(self) -> tuple[Axis, Axis]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..model.rod import Rod
+from ..motion.arc import Arc
 from .frame import Frame
 from .panels import Line
 from .words import AxisUnit, amount
@@ -51,7 +52,7 @@ def walls(
         return attached
     reach = min(1.6 * frame.width, 0.98 * math.pi / abs(bent))
     along = np.linspace(-reach, reach, 401)
-    x, y = on_circle(along, bent)
+    x, y = Arc(bent).at(along)
     where = "inside" if bent > 0.0 else "outside"
     radius = amount(rod, unit.size / abs(bent), "m", "eta")
     lines = [Line("wall", x, y, "wall", f"wall, {where} a circle of radius {radius}")]
@@ -67,13 +68,7 @@ def walls(
             )
         )
     glued = np.append(front[1], along[along > front[1]])
-    return [*lines, Line("attached", *on_circle(glued, bent))]
-
-
-def on_circle(along: np.ndarray, bent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of a circle of a curvature through the origin, by their arc length from there."""
-    turned = along * bent
-    return along * np.sinc(turned / np.pi), 0.5 * along**2 * bent * np.sinc(0.5 * turned / np.pi) ** 2
+    return [*lines, Line("attached", *Arc(bent).at(glued))]
 
 
 def solid(wall: Line, frame: Frame, bent: float) -> tuple[np.ndarray, np.ndarray]:
